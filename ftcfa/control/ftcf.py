@@ -1,0 +1,188 @@
+"""The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
+
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, cast, get_args
+
+import numpy as np
+
+from ftcfa.arrays import Array, solve_spd
+from ftcfa.control.filters import CommandFilter, FilterState, command_filter
+from ftcfa.control.fractional import sig
+from ftcfa.control.network import RBFNetwork
+from ftcfa.control.protocol import Desired, Signals
+from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.model.dynamics import Dynamics
+
+Compensation = Literal["none", "gravity", "bias"]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of the controller in the paper's symbols; the defaults are those of Section V.
+
+    Attributes:
+        c1: Fractional-power gain of the virtual control, (7) [rad^(1-kappa)/s].
+        c2: Fractional-power gain of the controller, (8) [(rad/s)^(1-kappa)/s].
+        k1: Linear gain of the virtual control and the error compensation, (7), (10) [1/s].
+        k2: Linear gain of the controller and the error compensation, (8), (10) [1/s].
+        kappa: Fractional power, 0 < kappa <= 1; 1 is the asymptotic law of Remark 5.
+        iota: Leakage of the adaptation, (9) [1/s].
+        lambda_: Rate of the adaptation, (9).
+        tau: Weight of the network term, (8), (9).
+    """
+
+    c1: float = 7.5
+    c2: float = 25.0
+    k1: float = 2.0
+    k2: float = 1.0 / 3.0
+    kappa: float = 0.6
+    iota: float = 100.0
+    lambda_: float = 1.0
+    tau: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not (number and np.isfinite(value) and value > 0):
+                raise ParameterError(f"gain {name}", repr(value), "a number > 0")
+        if self.kappa > 1:
+            raise ParameterError("gain kappa", repr(self.kappa), "0 < kappa <= 1")
+
+
+class FTCFState(NamedTuple):
+    """State of the controller."""
+
+    filter: FilterState
+    """Of the command filter, (6)."""
+    s1: Array
+    """Error compensation of the position, shape (n,) [rad], (10)."""
+    s2: Array
+    """Error compensation of the velocity, shape (n,) [rad/s], (10); stays zero."""
+    rho: Array
+    """Anti-saturation state, shape (n,) [rad/s], (11)."""
+    theta: Array
+    """Estimate of the squared norm of the network's weights, shape (1,), (9)."""
+
+
+def virtual_control(gains: Gains, v1: Array, dq_d: Array, rho: Array) -> Array:
+    """Virtual control of the first backstepping step.
+
+        alpha = -c1 sig(v1, kappa) - 3/4 (1 + k1) v1 + q_d' - rho          (7)
+
+    Args:
+        gains: c1, k1 and kappa.
+        v1: Compensated tracking error, shape (n,) [rad].
+        dq_d: Desired velocity, shape (n,) [rad/s].
+        rho: Anti-saturation state, shape (n,) [rad/s].
+
+    Returns:
+        alpha, shape (n,) [rad/s].
+    """
+    return -gains.c1 * sig(v1, gains.kappa) - 0.75 * (1.0 + gains.k1) * v1 + dq_d - rho
+
+
+@dataclass(frozen=True, eq=False)
+class FTCF:
+    """Finite-time command-filtered adaptive neural backstepping (Song, Zhao, Cui).
+
+        z1 = q - q_d,  z2 = v - abar,  v1 = z1 - s1,  v2 = z2 - s2 - rho        (5), (12)
+        a  = -c2 sig(v2, kappa) - (3/4 k2 + 5/4) v2 - theta v2 (B^T B)/(4 tau) - rho
+        u  = Mbar(q) a + compensation                                           (8)
+
+    The states s1, s2, rho and theta advance by one Euler step a period, their linear decay taken
+    implicitly, so that no leakage is too fast for the period.
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        gains: Gains in the paper's symbols.
+        filter: Command filter, or its name: ``"implicit"`` or ``"explicit"``.
+        compensation: What is added to u: ``"none"`` (the paper), the nominal ``"gravity"`` h(q),
+            or the nominal ``"bias"`` C v + h + f.
+        network: The basis functions.
+    """
+
+    nominal: Dynamics
+    gains: Gains = field(default_factory=Gains)
+    filter: CommandFilter | str = "implicit"
+    compensation: Compensation = "none"
+    network: RBFNetwork = field(default_factory=RBFNetwork)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "filter", command_filter(self.filter))
+        if self.compensation not in get_args(Compensation):
+            raise UnknownNameError("compensation", str(self.compensation), get_args(Compensation))
+
+    @property
+    def _filter(self) -> CommandFilter:
+        return cast(CommandFilter, self.filter)
+
+    def init(self, q: Array, v: Array, desired: Desired) -> FTCFState:  # noqa: ARG002
+        """psi1(0) = alpha(0); all else zero."""
+        zero = np.zeros_like(q)
+        alpha = virtual_control(self.gains, q - desired.q, desired.v, zero)
+        return FTCFState(self._filter.init(alpha), zero, zero, zero, np.zeros(1))
+
+    def step(
+        self, state: FTCFState, q: Array, v: Array, desired: Desired, period: float
+    ) -> tuple[Signals, FTCFState]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        g, rho, theta = self.gains, state.rho, state.theta
+        z1 = q - desired.q
+        v1 = z1 - state.s1
+        alpha = virtual_control(g, v1, desired.v, rho)
+        abar, filter_state = self._filter.step(state.filter, alpha, period)
+        z2 = v - abar
+        v2 = z2 - state.s2 - rho
+        B = self.network.basis(q, v)
+        BB = B @ B
+
+        M = self.nominal.mass_matrix(q)
+        a = (
+            -g.c2 * sig(v2, g.kappa)
+            - (0.75 * g.k2 + 1.25) * v2
+            - theta * v2 * BB / (4.0 * g.tau)
+            - rho
+        )
+        u = M @ a + self._compensation(q, v)
+
+        limit = self.nominal.effort_limit
+        eta = limit * np.tanh(u / limit)
+        gap = solve_spd(M, eta - u)  # Mbar^-1 (eta(u) - u), (11)
+        drive1 = -g.c1 * sig(state.s1, g.kappa) + (abar - alpha) + state.s2
+        drive2 = -g.c2 * sig(state.s2, g.kappa)
+        learning = g.lambda_ / (4.0 * g.tau) * (v2 @ v2) ** 2 * BB
+        new = FTCFState(
+            filter=filter_state,
+            s1=_leaky_step(state.s1, g.k1, drive1, period),
+            s2=_leaky_step(state.s2, g.k2, drive2, period),
+            rho=_leaky_step(rho, 1.0, gap, period),
+            theta=_leaky_step(theta, g.iota, learning, period),
+        )
+        signals = {
+            "u": u,
+            "alpha": alpha,
+            "abar": abar,
+            "z1": z1,
+            "z2": z2,
+            "v1": v1,
+            "v2": v2,
+            "s1": state.s1,
+            "s2": state.s2,
+            "rho": rho,
+            "theta": theta,
+        }
+        return signals, new
+
+    def _compensation(self, q: Array, v: Array) -> Array:
+        match self.compensation:
+            case "gravity":
+                return self.nominal.potential_force(q)
+            case "bias":
+                return self.nominal.bias_force(q, v)
+            case _:
+                return np.zeros_like(q)
+
+
+def _leaky_step(x: Array, rate: float, drive: Array, period: float) -> Array:
+    """One step of x' = -rate x + drive, the decay implicit: stable for any rate >= 0."""
+    return (x + period * drive) / (1.0 + period * rate)

@@ -1,0 +1,49 @@
+"""The exception tree: every error says what, what was got, what was expected, and the remedy."""
+
+
+class FtcfaError(Exception):
+    """Base of all errors that a user's input can cause.
+
+    Args:
+        subject: What is wrong, such as ``arm.urdf: link 'forearm'``.
+        got: What was found there.
+        expected: What should stand there.
+        remedy: What the user can do about it.
+    """
+
+    def __init__(self, subject: str, got: str, expected: str = "", remedy: str = "") -> None:
+        super().__init__(subject, got, expected, remedy)
+        self.subject = subject
+        self.got = got
+        self.expected = expected
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        sentence = f"{self.subject}: {self.got}"
+        if self.expected:
+            sentence += f", expected {self.expected}"
+        if self.remedy:
+            sentence += f"; {self.remedy}"
+        return sentence
+
+
+class UrdfError(FtcfaError):
+    """A URDF that cannot be read, or that no fixed-base arm can be made of."""
+
+
+class ParameterError(FtcfaError):
+    """A parameter outside its admissible range or of the wrong type."""
+
+
+class ShapeError(FtcfaError):
+    """An array of the wrong shape."""
+
+
+class UnknownNameError(FtcfaError):
+    """A name that is not among the known ones."""
+
+    def __init__(self, kind: str, name: str, known: "list[str] | tuple[str, ...]") -> None:
+        super().__init__(f"{kind} '{name}'", "unknown name", f"one of: {', '.join(known)}")
+        self.args = (kind, name, known)
+        self.name = name
+        self.known = tuple(known)

@@ -1,0 +1,171 @@
+"""An arm's dynamics as numbers, computed by Pinocchio (this module is its only importer)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ftcfa.arrays import Array, solve_spd
+from ftcfa.errors import ShapeError
+from ftcfa.model.inertia import check_spread, perturbed_pseudo_inertia
+
+FRICTION_VELOCITY = 1e-3
+"""Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
+
+
+def pinocchio_model(xml: str, gravity: Array) -> pin.Model:
+    """Pinocchio's model of a URDF text in a gravity field of shape (3,) [m/s^2]."""
+    model = pin.buildModelFromXML(xml)
+    model.gravity.linear = gravity
+    return model
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A fixed-base arm: a Pinocchio model and the linear map q_model = G q + g0.
+
+    The map carries mimic joints (and so the paper's absolute angles) and locked joints, whose
+    rows of G are zero. Coordinates q and velocities v are n-vectors: every joint has one of each.
+
+        M = G^T M_model G,   C = G^T C_model G,   h = G^T h_model,   D = G^T D_model G
+
+    One Arm serves one thread at a time (Pinocchio's work space belongs to it).
+
+    Attributes:
+        name: The robot's name or file.
+        model: Pinocchio model of N single-axis joints.
+        G: Linear part of the coordinate map, shape (N, n).
+        g0: Constant part of the coordinate map, shape (N,).
+        joint_names: URDF names of the n coordinates.
+        joint_types: revolute, continuous or prismatic, for each coordinate.
+        lower: Lower joint limits, shape (n,) [rad or m]; -inf where unlimited.
+        upper: Upper joint limits, shape (n,) [rad or m]; inf where unlimited.
+        velocity_limit: Shape (n,) [rad/s or m/s]; inf where not given.
+        effort_limit: The saturation u*, shape (n,) [N m or N].
+        damping: Viscous friction of the model's joints, shape (N,) [N m s/rad or N s/m].
+        friction: Coulomb friction of the model's joints, shape (N,) [N m or N].
+        home: A posture to start from, shape (n,) [rad or m].
+        warnings: What the lint found odd but usable.
+        source: What loaded it, as plain data: enough to load it again.
+    """
+
+    name: str
+    model: pin.Model
+    G: Array
+    g0: Array
+    joint_names: tuple[str, ...]
+    joint_types: tuple[str, ...]
+    lower: Array
+    upper: Array
+    velocity_limit: Array
+    effort_limit: Array
+    damping: Array
+    friction: Array
+    home: Array
+    warnings: tuple[str, ...] = ()
+    source: Mapping[str, Any] | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.joint_names)
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        return self.model.createData()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != "_data"}
+
+    def _model_q(self, q: Array) -> Array:
+        if np.shape(q) != (self.n,):
+            raise ShapeError(f"q of {self.name}", f"shape {np.shape(q)}", f"shape ({self.n},)")
+        return self.G @ q + self.g0
+
+    def _model_v(self, v: Array) -> Array:
+        if np.shape(v) != (self.n,):
+            raise ShapeError(f"v of {self.name}", f"shape {np.shape(v)}", f"shape ({self.n},)")
+        return self.G @ v
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M(q), symmetric positive definite, shape (n, n) [kg m^2 or kg], by CRBA."""
+        M = pin.crba(self.model, self._data, self._model_q(q))
+        return self.G.T @ M @ self.G
+
+    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+        """C(q, v) with M' - 2 C skew-symmetric, shape (n, n)."""
+        C = pin.computeCoriolisMatrix(self.model, self._data, self._model_q(q), self._model_v(v))
+        return self.G.T @ C @ self.G
+
+    def potential_force(self, q: Array) -> Array:
+        """h(q), the gravity torque, shape (n,) [N m or N]."""
+        h = pin.computeGeneralizedGravity(self.model, self._data, self._model_q(q))
+        return self.G.T @ h
+
+    def damping_matrix(self, v: Array) -> Array:
+        """D(v) with f(v) = D(v) v, symmetric positive semidefinite, shape (n, n).
+
+            D = G^T diag(damping + friction / sqrt(v_j^2 + e^2)) G,   e = FRICTION_VELOCITY
+
+        Coulomb friction is regularised: a joint that should stick creeps below e.
+        """
+        v_joint = self._model_v(v)
+        coefficient = self.damping + self.friction / np.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
+        return (self.G.T * coefficient) @ self.G
+
+    def friction_force(self, v: Array) -> Array:
+        """f(v) = D(v) v: viscous and Coulomb friction of the URDF, shape (n,) [N m or N]."""
+        return self.damping_matrix(v) @ v
+
+    def bias_force(self, q: Array, v: Array) -> Array:
+        """C(q, v) v + h(q) + f(v), shape (n,) [N m or N]."""
+        b = pin.nonLinearEffects(self.model, self._data, self._model_q(q), self._model_v(v))
+        return self.G.T @ b + self.friction_force(v)
+
+    def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
+        """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
+        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+
+    def base_coupling(self, q: Array) -> Array:
+        """M_qb(q), the joint-base block of the free-floating mass matrix, shape (n, 6).
+
+        An acceleration a of the base at rest (linear, then angular, world axes, at the base
+        origin) loads the joints with -M_qb a. Taken from the centroidal momentum matrix, shifted
+        from the centre of mass to the base origin.
+        """
+        A = pin.computeCentroidalMap(self.model, self._data, self._model_q(q))
+        linear, angular = A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]
+        return self.G.T @ np.vstack([linear, angular]).T
+
+    def perturbed(
+        self,
+        rng: np.random.Generator,
+        *,
+        mass: float = 0.1,
+        centre: float = 0.01,
+        shape: float = 0.05,
+    ) -> "Arm":
+        """The same arm with every moving body drawn anew: the paper's M = Mbar + dM.
+
+        Each pseudo-inertia stays positive (semi)definite, so every draw is a possible robot.
+
+        Args:
+            rng: Source of randomness.
+            mass: Standard deviation of the logarithm of each mass.
+            centre: Standard deviation of each coordinate of each centre of mass [m].
+            shape: Standard deviation of the logarithm of lengths of each body.
+
+        Raises:
+            ParameterError: If a spread is negative or not finite.
+        """
+        check_spread(mass=mass, centre=centre, shape=shape)
+        model = self.model.copy()
+        for i in range(1, model.njoints):
+            J = pin.PseudoInertia.FromInertia(model.inertias[i]).toMatrix()
+            drawn = perturbed_pseudo_inertia(J, rng, mass, centre, shape)
+            model.inertias[i] = pin.PseudoInertia.FromMatrix(drawn).toInertia()
+        bodies = [inertia.toDynamicParameters().tolist() for inertia in model.inertias[1:]]
+        return replace(self, model=model, source={**(self.source or {}), "bodies": bodies})

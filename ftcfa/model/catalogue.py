@@ -1,0 +1,82 @@
+"""Arms by name: what `robots/catalogue.toml` lists, with home posture and moving joints."""
+
+import importlib.metadata
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from ftcfa.errors import UnknownNameError, UrdfError
+
+_PACKAGE = Path(__file__).parents[1]
+_DATA_PACKAGE = "example-robot-data"
+_DATA_ROOT = "share/example-robot-data/robots"
+
+
+@dataclass(frozen=True)
+class CatalogueEntry:
+    """One line of the catalogue.
+
+    Attributes:
+        description: What it is, in a phrase.
+        file: URDF, relative to `robots/` or, with ``package``, to example-robot-data's robots.
+        package: Whether the file comes from example-robot-data.
+        joints: The joints that move; empty means all. The others are locked at home or zero.
+        home: Home posture of moving and locked joints [rad or m]; zero where not listed.
+    """
+
+    description: str
+    file: str
+    package: bool = False
+    joints: tuple[str, ...] = ()
+    home: Mapping[str, float] = field(default_factory=dict)
+
+    def path(self) -> Path:
+        """Where the URDF lies on this machine."""
+        return (_example_robots() if self.package else robots_folder()) / self.file
+
+
+def robots_folder() -> Path:
+    """The folder of our own URDFs: inside the installed package, or beside it in a checkout."""
+    inside = _PACKAGE / "robots"
+    return inside if inside.is_dir() else _PACKAGE.parent / "robots"
+
+
+@cache
+def catalogue() -> Mapping[str, CatalogueEntry]:
+    """All named arms."""
+    tables = tomllib.loads((robots_folder() / "catalogue.toml").read_text())
+    return {
+        name: CatalogueEntry(**{**table, "joints": tuple(table.get("joints", ()))})
+        for name, table in tables.items()
+    }
+
+
+def find_arm(name: str) -> CatalogueEntry:
+    """The entry of a named arm.
+
+    Raises:
+        UnknownNameError: If there is none of that name; it lists the known ones.
+    """
+    if name not in catalogue():
+        raise UnknownNameError(
+            "robot (neither a URDF file nor an arm we know)", name, list(catalogue())
+        )
+    return catalogue()[name]
+
+
+@cache
+def _example_robots() -> Path:
+    try:
+        files = importlib.metadata.files(_DATA_PACKAGE) or ()
+    except importlib.metadata.PackageNotFoundError as error:
+        raise UrdfError(
+            _DATA_PACKAGE, "not installed", "its URDFs", f"run `pip install {_DATA_PACKAGE}`"
+        ) from error
+    for file in files:
+        path = file.as_posix()
+        if f"{_DATA_ROOT}/" in path:
+            inside = path.split(f"{_DATA_ROOT}/", 1)[1]
+            return Path(str(file.locate())).parents[inside.count("/")].resolve()
+    raise UrdfError(_DATA_PACKAGE, "holds no robots", f"files below {_DATA_ROOT}", "reinstall it")

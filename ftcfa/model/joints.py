@@ -1,0 +1,76 @@
+"""Which joints of a URDF are an arm's coordinates: mimic joints and locks as one linear map.
+
+Every moving joint j of the file follows q_j = a_j q_i + b_j for one coordinate i of the arm, or
+stands still at b_j (a locked joint, or one that mimics a locked or fixed joint).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ftcfa.errors import UnknownNameError, UrdfError
+from ftcfa.model.urdf import RobotDescription
+
+
+@dataclass(frozen=True)
+class JointRule:
+    """How one joint of the file follows the arm's coordinates.
+
+    Attributes:
+        leader: Name of the joint whose coordinate it follows (itself if it is one), or None if
+            it stands still.
+        multiplier: a_j.
+        offset: b_j [rad or m].
+    """
+
+    leader: str | None
+    multiplier: float
+    offset: float
+
+
+def joint_rules(description: RobotDescription, locks: Mapping[str, float]) -> dict[str, JointRule]:
+    """The rule of every moving joint of the file.
+
+    Args:
+        description: The URDF.
+        locks: Joint names and the values at which they are held [rad or m].
+
+    Raises:
+        UnknownNameError: If a locked joint does not exist.
+        UrdfError: If a mimic tag names no joint or leads to itself, or a mimic joint is locked.
+    """
+    joints = description.moving_joints
+    fixed = {joint.name for joint in description.robot.joints} - joints.keys()
+    for name in locks:
+        if name not in joints:
+            raise UnknownNameError(f"{description.file}: locked joint", name, list(joints))
+        if joints[name].mimic is not None:
+            raise UrdfError(
+                f"{description.file}: joint '{name}'",
+                "a mimic joint cannot be locked",
+                "a joint with a coordinate of its own",
+                f"lock '{joints[name].mimic.joint}', which it mimics",
+            )
+
+    def rule(name: str, chain: tuple[str, ...]) -> JointRule:
+        if name in fixed:
+            return JointRule(None, 0.0, 0.0)
+        if name not in joints or name in chain:
+            raise UrdfError(
+                f"{description.file}: joint '{chain[-1]}'",
+                f"mimics '{name}', which " + ("mimics it" if name in chain else "does not exist"),
+                f"one of: {', '.join(n for n in joints if n not in chain)}",
+                "correct its <mimic>",
+            )
+        if name in locks:
+            return JointRule(None, 0.0, float(locks[name]))
+        mimic = joints[name].mimic
+        if mimic is None:
+            return JointRule(name, 1.0, 0.0)
+        leader = rule(mimic.joint, (*chain, name))
+        return JointRule(
+            leader.leader,
+            mimic.multiplier * leader.multiplier,
+            mimic.multiplier * leader.offset + mimic.offset,
+        )
+
+    return {name: rule(name, ()) for name in joints}

@@ -1,0 +1,260 @@
+"""`load_arm`: from a name or a URDF file to an Arm, or to one sentence that says what is wrong."""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ftcfa.arrays import Array, vector
+from ftcfa.errors import ParameterError, UnknownNameError, UrdfError
+from ftcfa.model.arm import Arm, pinocchio_model
+from ftcfa.model.catalogue import CatalogueEntry, catalogue, find_arm
+from ftcfa.model.inertia import joint_box
+from ftcfa.model.joints import JointRule, joint_rules
+from ftcfa.model.urdf import RobotDescription, inertia_defect, read_urdf
+
+SINGULAR = 1e-10
+"""A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
+SINGULARITY_SAMPLES = 64
+
+Locks = Mapping[str, float] | Iterable[str]
+EffortLimit = float | Sequence[float] | Mapping[str, float]
+
+
+def load_arm(
+    robot: str | os.PathLike[str],
+    *,
+    lock: Locks | None = None,
+    package_dirs: Sequence[str | os.PathLike[str]] = (),
+    gravity: float | Sequence[float] = 9.81,
+    effort_limit: EffortLimit | None = None,
+) -> Arm:
+    """Load a fixed-base arm from its URDF.
+
+    Args:
+        robot: An arm of the catalogue (``"panda"``), a path to a URDF, or a ``package://`` path.
+        lock: Joints that do not move: names with values [rad or m], or names alone (held at
+            their home posture, zero by default).
+        package_dirs: Folders in which ``package://NAME/...`` is looked for, before those of the
+            environment variable ROS_PACKAGE_PATH.
+        gravity: Downward acceleration, or the gravity field, shape (3,) [m/s^2].
+        effort_limit: Torque limits u* that replace the URDF's: one number, n numbers, or some by
+            joint name [N m or N].
+
+    Raises:
+        UrdfError: If the URDF is unusable; the sentence names file, element and remedy.
+        UnknownNameError: If the robot or a joint is not known; it lists the known ones.
+        ParameterError, ShapeError: If an argument is of the wrong type, range or shape.
+    """
+    entry, file = _locate(robot, package_dirs)
+    description = read_urdf(file)
+    locks = _locks(description, entry, lock)
+    rules = joint_rules(description, locks)
+    moving = {name for name, rule in rules.items() if rule.leader is not None}
+    if not moving:
+        raise UrdfError(str(file), "no joint moves", "at least one free joint", "lock fewer joints")
+    warnings = _lint_links(description, moving)
+    field = _gravity_field(gravity)
+    model = pinocchio_model(description.pinocchio_xml(), field)
+    names = tuple(name for name in model.names[1:] if rules[name].leader == name)
+    G, g0 = _coordinate_map(list(model.names[1:]), names, rules)
+    lower, upper, velocity = _limits(description, names, warnings)
+    arm = Arm(
+        name=description.robot.name if entry is None else str(robot),
+        model=model,
+        G=G,
+        g0=g0,
+        joint_names=names,
+        joint_types=tuple(description.moving_joints[name].type for name in names),
+        lower=lower,
+        upper=upper,
+        velocity_limit=velocity,
+        effort_limit=_effort_limit(description, names, effort_limit),
+        damping=_dynamics(description, model.names[1:], "damping"),
+        friction=_dynamics(description, model.names[1:], "friction"),
+        home=_home(entry, names, lower, upper),
+        warnings=tuple(warnings),
+        source={
+            "robot": str(robot),
+            "lock": dict(locks),
+            "gravity": field.tolist(),
+            "effort_limit": _effort_limit(description, names, effort_limit).tolist(),
+        },
+    )
+    _refuse_singular(file, arm)
+    return arm
+
+
+def _locate(
+    robot: str | os.PathLike[str], package_dirs: Sequence[str | os.PathLike[str]]
+) -> tuple[CatalogueEntry | None, Path]:
+    if not isinstance(robot, (str, os.PathLike)):
+        raise ParameterError("robot", repr(robot), "a name or the path of a URDF")
+    text = os.fspath(robot)
+    if text.startswith("package://"):
+        return None, _find_in_packages(text, package_dirs)
+    if isinstance(robot, str) and robot in catalogue():
+        entry = find_arm(robot)
+        return entry, entry.path()
+    path = Path(text).expanduser()
+    if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not path.exists():
+        find_arm(robot)  # raises, and lists the known ones
+    return None, path
+
+
+def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
+    package, _, inside = uri.removeprefix("package://").partition("/")
+    from_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    folders = [Path(folder) for folder in (*package_dirs, *from_ros) if os.fspath(folder)]
+    for folder in folders:
+        for root in (folder / package, *([folder] if folder.name == package else [])):
+            if (root / inside).is_file():
+                return root / inside
+    looked = ", ".join(map(str, folders)) or "nowhere"
+    raise UrdfError(uri, f"not found (looked in: {looked})", "", "give package_dirs=[...]")
+
+
+def _locks(
+    description: RobotDescription, entry: CatalogueEntry | None, lock: Locks | None
+) -> dict[str, float]:
+    """Joint values to hold: what the catalogue locks, then what the user asks for."""
+    home = entry.home if entry is not None else {}
+    locks: dict[str, float] = {}
+    if entry is not None and entry.joints:
+        independent = (j.name for j in description.moving_joints.values() if j.mimic is None)
+        locks = {name: home.get(name, 0.0) for name in independent if name not in entry.joints}
+    if isinstance(lock, str):
+        lock = [lock]
+    asked = (
+        lock if isinstance(lock, Mapping) else {name: home.get(name, 0.0) for name in lock or ()}
+    )
+    for name, value in asked.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise ParameterError(f"lock of joint '{name}'", repr(value), "a number [rad or m]")
+    return locks | {name: float(value) for name, value in asked.items()}
+
+
+def _gravity_field(gravity: float | Sequence[float]) -> Array:
+    """The field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
+    if np.ndim(gravity) == 0:
+        return vector("gravity", gravity, 1) * np.array([0.0, 0.0, -1.0])
+    return vector("gravity", gravity, 3)
+
+
+def _lint_links(description: RobotDescription, moving: set[str]) -> list[str]:
+    """Refuse unphysical links that move; warn of the odd ones."""
+    moved = description.links_moved_by(moving)
+    warnings = []
+    for link in description.robot.links:
+        defect = inertia_defect(link)
+        if defect is not None:
+            if link in moved:
+                raise UrdfError(f"{description.file}: link '{link.name}'", *defect)
+            warnings.append(f"link '{link.name}': {defect[0]}; ignored, it does not move")
+    for link in moved:
+        if link.inertial is not None and link.inertial.mass > 0 and not link.inertial.inertia.any():
+            warnings.append(f"link '{link.name}': no rotational inertia, a point mass")
+    return warnings
+
+
+def _coordinate_map(
+    joints: list[str], names: tuple[str, ...], rules: Mapping[str, JointRule]
+) -> tuple[Array, Array]:
+    """G (N, n) and g0 (N,) of q_model = G q + g0."""
+    G = np.zeros((len(joints), len(names)))
+    for row, joint in enumerate(joints):
+        rule = rules[joint]
+        if rule.leader is not None:
+            G[row, names.index(rule.leader)] = rule.multiplier
+    return G, np.array([rules[joint].offset for joint in joints])
+
+
+def _limits(
+    description: RobotDescription, names: tuple[str, ...], warnings: list[str]
+) -> tuple[Array, Array, Array]:
+    """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none."""
+    n = len(names)
+    lower, upper, velocity = np.full(n, -np.inf), np.full(n, np.inf), np.full(n, np.inf)
+    for i, name in enumerate(names):
+        joint = description.moving_joints[name]
+        limit = joint.limit
+        low, high = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
+        if joint.type != "continuous" and low < high:
+            lower[i], upper[i] = low, high
+        elif joint.type != "continuous":
+            warnings.append(f"joint '{name}': no position limits, taken as unlimited")
+        if limit is not None and limit.velocity:
+            velocity[i] = limit.velocity
+        else:
+            warnings.append(f"joint '{name}': no velocity limit, taken as unlimited")
+    return lower, upper, velocity
+
+
+def _effort_limit(
+    description: RobotDescription, names: tuple[str, ...], given: EffortLimit | None
+) -> Array:
+    """u*, shape (n,): what the user gives, else the URDF's."""
+    if given is not None and not isinstance(given, Mapping):
+        limits = vector("effort_limit", given, len(names))
+    else:
+        by_name = dict(given or {})
+        for name in by_name.keys() - set(names):
+            raise UnknownNameError("effort_limit of joint", name, names)
+        limits = np.array([by_name.get(name, _urdf_effort(description, name)) for name in names])
+        for name, limit in zip(names, limits, strict=True):
+            if limit == 0 and name not in by_name:
+                raise UrdfError(
+                    f"{description.file}: joint '{name}'",
+                    "effort limit missing or zero",
+                    "a positive effort",
+                    'write <limit effort="..."> or pass effort_limit',
+                )
+    if not np.all(limits > 0):
+        raise ParameterError("effort_limit", f"{limits.tolist()}", "positive numbers [N m or N]")
+    return limits
+
+
+def _urdf_effort(description: RobotDescription, joint: str) -> float:
+    limit = description.moving_joints[joint].limit
+    return 0.0 if limit is None else limit.effort or 0.0
+
+
+def _dynamics(description: RobotDescription, joints: Iterable[str], name: str) -> Array:
+    """Damping or friction of the model's joints; zero where the URDF gives none."""
+    tags = [description.moving_joints[joint].dynamics for joint in joints]
+    return np.array([float(getattr(tag, name, None) or 0.0) for tag in tags])
+
+
+def _home(
+    entry: CatalogueEntry | None, names: tuple[str, ...], lower: Array, upper: Array
+) -> Array:
+    """The catalogue's posture, else zero, else the middle of a range that excludes zero."""
+    listed = entry.home if entry is not None else {}
+    fallback = [
+        0.0 if low <= 0.0 <= high else (low + high) / 2
+        for low, high in zip(lower, upper, strict=True)
+    ]
+    return np.array([listed.get(name, zero) for name, zero in zip(names, fallback, strict=True)])
+
+
+def _refuse_singular(file: Path, arm: Arm) -> None:
+    """M must be positive definite at the home posture and at random ones in the joint range."""
+    rng = np.random.default_rng(0)
+    postures = [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]
+    for q in postures:
+        M = arm.mass_matrix(q)
+        scale = np.sqrt(np.maximum(np.diag(M), 0.0))
+        if np.all(scale > 0):
+            values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
+            if values[0] > SINGULAR:
+                continue
+            joint = int(np.argmax(np.abs(vectors[:, 0])))
+        else:
+            joint = int(np.argmin(scale))
+        raise UrdfError(
+            f"{file}: joint '{arm.joint_names[joint]}'",
+            f"the mass matrix is singular at q = {np.round(q, 3).tolist()}",
+            "links with mass and inertia beyond every joint",
+            "give the links it moves an <inertial>, or lock the joint",
+        )

@@ -1,0 +1,81 @@
+"""The paper's double pendulum as a closed form: a plant that needs no URDF (Section V)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ftcfa.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class PaperPendulum:
+    """Two point masses on massless rods under a ceiling; absolute angles from the vertical.
+
+        M = [[(m1+m2) l1^2, m2 l1 l2 cos D], [m2 l1 l2 cos D, m2 l2^2]],      D = q2 - q1
+        C = [[0, -m2 l1 l2 sin D v2], [m2 l1 l2 sin D v1, 0]]
+        h = [(m1+m2) g l1 sin q1, m2 g l2 sin q2]
+
+    ``as_printed`` takes C from the paper's text, misprints and all: C21 has cos D for sin D, and
+    C22 = 1, which drags link 2 with 1 N m s/rad against the world. Its M' - 2 C is not skew.
+
+    Attributes:
+        m: Masses, shape (2,) [kg].
+        l: Lengths, shape (2,) [m].
+        g: Gravity [m/s^2].
+        as_printed: Whether C carries the paper's misprints.
+        effort_limit: u*, shape (2,) [N m].
+    """
+
+    m: tuple[float, float] = (0.6, 0.8)
+    l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
+    g: float = 9.8
+    as_printed: bool = False
+    effort_limit: Array = field(default_factory=lambda: np.array([15.0, 15.0]))
+
+    n = 2
+    joint_names = ("shoulder", "elbow")
+    joint_types = ("continuous", "continuous")
+
+    @property
+    def home(self) -> Array:
+        """Hanging straight down, shape (2,) [rad]."""
+        return np.zeros(2)
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M(q), shape (2, 2) [kg m^2]."""
+        (m1, m2), (l1, l2) = self.m, self.l
+        coupling = m2 * l1 * l2 * np.cos(q[1] - q[0])
+        return np.stack([np.stack([(m1 + m2) * l1**2, coupling]), np.stack([coupling, m2 * l2**2])])
+
+    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+        """C(q, v), shape (2, 2) [N m s/rad]."""
+        (_, m2), (l1, l2) = self.m, self.l
+        sine, cosine = np.sin(q[1] - q[0]), np.cos(q[1] - q[0])
+        c12 = -m2 * l1 * l2 * sine * v[1]
+        c21 = m2 * l1 * l2 * (cosine if self.as_printed else sine) * v[0]
+        c22 = 1.0 if self.as_printed else 0.0
+        return np.stack([np.stack([0.0, c12]), np.stack([c21, c22])])
+
+    def potential_force(self, q: Array) -> Array:
+        """h(q), shape (2,) [N m]."""
+        (m1, m2), (l1, l2) = self.m, self.l
+        return self.g * np.array([(m1 + m2) * l1, m2 * l2]) * np.sin(q)
+
+    def damping_matrix(self, v: Array) -> Array:  # noqa: ARG002
+        """No friction: zero, shape (2, 2)."""
+        return np.zeros((2, 2))
+
+    def bias_force(self, q: Array, v: Array) -> Array:
+        """C(q, v) v + h(q), shape (2,) [N m]."""
+        return self.coriolis_matrix(q, v) @ v + self.potential_force(q)
+
+    def base_coupling(self, q: Array) -> Array:
+        """M_qb(q) for a base that does not turn: columns x and z filled, shape (2, 6) [kg m].
+
+        The rotational columns are zero: the printed model knows no turning base.
+        """
+        (m1, m2), (l1, l2) = self.m, self.l
+        moment = np.array([(m1 + m2) * l1, m2 * l2])
+        zero = np.zeros(2)
+        columns = [moment * np.cos(q), zero, moment * np.sin(q), zero, zero, zero]
+        return np.stack(columns, axis=1)
