@@ -13,9 +13,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, positive
 from ftcfa.control.fractional import sig
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import UnknownNameError
 
 
 class FilterState(NamedTuple):
@@ -53,9 +53,7 @@ class _LevantFilter(ABC):
 
     def __post_init__(self) -> None:
         for name in ("r1", "r2"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ParameterError(f"filter gain {name}", repr(value), "a number > 0")
+            positive(f"filter gain {name}", getattr(self, name))
 
     def init(self, alpha: Array) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 
-from ftcfa.arrays import Array, solve_spd
+from ftcfa.arrays import Array, positive, solve_spd
 from ftcfa.control.filters import CommandFilter, FilterState, command_filter
 from ftcfa.control.fractional import sig
 from ftcfa.control.network import RBFNetwork
@@ -42,9 +42,7 @@ class Gains:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and np.isfinite(value) and value > 0):
-                raise ParameterError(f"gain {name}", repr(value), "a number > 0")
+            positive(f"gain {name}", value)
         if self.kappa > 1:
             raise ParameterError("gain kappa", repr(self.kappa), "0 < kappa <= 1")
 
@@ -97,7 +95,9 @@ class FTCF:
         gains: Gains in the paper's symbols.
         filter: Command filter, or its name: ``"implicit"`` or ``"explicit"``.
         compensation: What is added to u: ``"none"`` (the paper), the nominal ``"gravity"`` h(q),
-            or the nominal ``"bias"`` C v + h + f.
+            or the nominal ``"bias"`` C v + h + f. Friction is taken at the velocity that the law
+            steers to, v - v2: fed back at the measured one, that of a light joint changes sign
+            or fades faster than the controller samples, and the loop creeps or diverges.
         network: The basis functions.
     """
 
@@ -143,7 +143,7 @@ class FTCF:
             - theta * v2 * BB / (4.0 * g.tau)
             - rho
         )
-        u = M @ a + self._compensation(q, v)
+        u = M @ a + self._compensation(q, v, v - v2)
 
         limit = self.nominal.effort_limit
         eta = limit * np.tanh(u / limit)
@@ -169,16 +169,19 @@ class FTCF:
             "s1": state.s1,
             "s2": state.s2,
             "rho": rho,
-            "theta": theta,
+            "theta": theta[0],
         }
         return signals, new
 
-    def _compensation(self, q: Array, v: Array) -> Array:
+    def _compensation(self, q: Array, v: Array, wanted: Array) -> Array:
+        """What is added to u; ``wanted`` = v - v2 is the velocity that the law steers to."""
+        nominal = self.nominal
         match self.compensation:
             case "gravity":
-                return self.nominal.potential_force(q)
+                return nominal.potential_force(q)
             case "bias":
-                return self.nominal.bias_force(q, v)
+                friction = nominal.damping_matrix(wanted) @ wanted - nominal.damping_matrix(v) @ v
+                return nominal.bias_force(q, v) + friction
             case _:
                 return np.zeros_like(q)
 

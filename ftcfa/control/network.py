@@ -5,8 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError
+from ftcfa.arrays import Array, counting, positive
 
 
 @dataclass(frozen=True)
@@ -26,22 +25,19 @@ class RBFNetwork:
     half_range: float = 2.0
 
     def __post_init__(self) -> None:
-        if isinstance(self.nodes, bool) or not isinstance(self.nodes, int) or self.nodes < 1:
-            raise ParameterError("RBFNetwork nodes", repr(self.nodes), "an integer >= 1")
+        counting("RBFNetwork nodes", self.nodes)
         for name in ("width", "half_range"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ParameterError(f"RBFNetwork {name}", repr(value), "a number > 0")
+            positive(f"RBFNetwork {name}", getattr(self, name))
 
     def basis(self, q: Array, v: Array) -> Array:
         """B(X), shape (K,)."""
         X = np.concatenate([q, v])  # (2n,)
-        distance = np.sum((X - _diagonal(self.nodes, self.half_range, X.shape[0])) ** 2, axis=1)
+        g = _positions(self.nodes, self.half_range)  # (K,), gamma_k = g_k (1, ..., 1)
+        distance = X @ X - 2.0 * np.sum(X) * g + X.shape[0] * g**2
         return np.exp(-distance / self.width**2)
 
 
 @lru_cache
-def _diagonal(nodes: int, half_range: float, dimension: int) -> Array:
-    """Centres gamma, shape (K, 2n)."""
-    positions = np.linspace(-half_range, half_range, nodes) if nodes > 1 else np.zeros(1)
-    return np.tile(positions[:, None], (1, dimension))
+def _positions(nodes: int, half_range: float) -> Array:
+    """Where the centres lie on the diagonal, shape (K,)."""
+    return np.linspace(-half_range, half_range, nodes) if nodes > 1 else np.zeros(1)

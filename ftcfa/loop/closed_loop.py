@@ -1,14 +1,14 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, vector
+from ftcfa.arrays import Array, counting, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Signals
-from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.errors import ShapeError, UnknownNameError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
 from ftcfa.model.dynamics import Dynamics
@@ -60,14 +60,8 @@ class ClosedLoop:
 
     def __post_init__(self) -> None:
         n = self.arm.n
-        if not (np.isfinite(self.period) and self.period > 0):
-            raise ParameterError("period", repr(self.period), "a number > 0 [s]")
-        if (
-            isinstance(self.substeps, bool)
-            or int(self.substeps) != self.substeps
-            or self.substeps < 1
-        ):
-            raise ParameterError("substeps", repr(self.substeps), "an integer >= 1")
+        positive("period", self.period, "[s]")
+        counting("substeps", self.substeps)
         if self.integrator not in INTEGRATORS:
             raise UnknownNameError("integrator", self.integrator, list(INTEGRATORS))
         if self.reference.n != n:
@@ -85,7 +79,7 @@ class ClosedLoop:
 
     def init(self, desired: Desired) -> LoopState:
         """The state at the first sample, given the desired motion there."""
-        q, v = np.asarray(self.q0), np.asarray(self.v0)
+        q, v = cast(Array, self.q0), cast(Array, self.v0)
         return LoopState(q, v, self.controller.init(q, v, desired))
 
     def step(self, state: LoopState, desired: Desired, normals: Array) -> tuple[Signals, LoopState]:
@@ -100,23 +94,34 @@ class ClosedLoop:
             The signals of this sample and the state at the next one. ``u`` is the torque that
             acts, within the effort limits; ``u_command`` is what the controller asked for.
         """
+        signals, controller = self.control(state, desired)
+        q, v = state.q, state.v
+        for k in range(self.substeps):
+            q, v = self.advance(q, v, signals["u"], normals[k])
+        return signals, LoopState(q, v, controller)
+
+    def control(self, state: LoopState, desired: Desired) -> tuple[Signals, Any]:
+        """The controller's part of `step`: signals, and the controller's new state."""
         q, v = state.q, state.v
         signals, controller = self.controller.step(state.controller, q, v, desired, self.period)
         command = signals["u"]
+        if np.shape(command) != np.shape(q):
+            raise ShapeError("u of the controller", f"shape {np.shape(command)}", f"{np.shape(q)}")
         limit = self.arm.effort_limit
         u = np.clip(command, -limit, limit)
-        signals = {**signals, "q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
-        advance, step = INTEGRATORS[self.integrator], self.period / self.substeps
-        for k in range(self.substeps):
-            impulse = self._impulse(q, step, normals[k])
-            q, v = advance(self.arm, q, v, u, impulse, step)
-        return signals, LoopState(q, v, controller)
+        measured = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
+        return {**signals, **measured}, controller
+
+    def advance(self, q: Array, v: Array, u: Array, normals: Array) -> tuple[Array, Array]:
+        """One integration step of the plant under torque u, shapes (n,), normals (channels,)."""
+        step = self.period / self.substeps
+        impulse = self._impulse(q, step, normals)
+        return INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
-        """Name and shape of every signal that `step` gives."""
+        """Name and shape of every signal that `step` gives, found by one sample of the law."""
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
-        normals = np.zeros((self.substeps, self.channels))
-        signals, _ = self.step(self.init(desired), desired, normals)
+        signals, _ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
 
     def _impulse(self, q: Array, step: float, normals: Array) -> Array:

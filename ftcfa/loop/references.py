@@ -28,10 +28,19 @@ class Reference(Protocol):
 
 
 def _row(subject: str, values: npt.ArrayLike, n: int | None = None) -> Array:
-    row = np.atleast_1d(np.asarray(values, dtype=float))
-    if row.ndim != 1 or not np.all(np.isfinite(row)) or (n is not None and row.size not in (1, n)):
-        raise ShapeError(subject, f"{np.asarray(values).tolist()}", "finite numbers, one a joint")
+    row = np.atleast_1d(_numbers(subject, values))
+    fits = row.ndim == 1 and row.size > 0 and (n is None or row.size in (1, n))
+    if not fits or not np.all(np.isfinite(row)):
+        expected = "finite numbers, one a joint" if n is None else f"1 or {n} finite numbers"
+        raise ShapeError(subject, f"{row.tolist()}", expected)
     return row if n is None else np.broadcast_to(row, (n,)).copy()
+
+
+def _numbers(subject: str, values: npt.ArrayLike) -> Array:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(subject, repr(values), "numbers") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,23 +167,23 @@ class Table:
     def from_file(cls, file: str | Path) -> "Table":
         """Read a CSV file: a column of times [s], then one a joint [rad or m]; `#` comments.
 
-        A first line of column names is skipped.
+        A first line of column names, known by a first word that is no number, is skipped.
 
         Raises:
             ParameterError: If the file cannot be read or is not such a table.
         """
         try:
-            lines = Path(file).read_text().splitlines()
+            lines = Path(file).read_text(encoding="utf-8-sig").splitlines()
             rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-            header = bool(rows) and any(c.isalpha() and c not in "eE" for c in rows[0])
-            table = np.loadtxt(rows[header:], delimiter=",", ndmin=2)
+            header = bool(rows) and not _is_number(rows[0].split(",")[0])
+            table = np.array([row.split("#")[0].split(",") for row in rows[header:]], dtype=float)
         except (OSError, ValueError) as error:
             raise ParameterError(
                 str(file), f"unreadable ({error})", "a CSV table: time, then one column a joint"
             ) from error
-        if table.shape[0] < 2 or table.shape[1] < 2:
+        if table.ndim != 2 or min(table.shape) < 2:
             raise ParameterError(str(file), f"shape {table.shape}", "two rows and columns or more")
-        return cls(table[:, 0], table[:, 1:])
+        return cls(*_table(str(file), table[:, 0], table[:, 1:]))
 
     @property
     def n(self) -> int:
@@ -199,9 +208,22 @@ class Table:
 
 def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[Array, Array]:
     """Times (P,) and points (P, n), checked."""
-    t, q = np.asarray(times, dtype=float), np.asarray(points, dtype=float)
+    t, q = _numbers(f"{subject} times", times), _numbers(f"{subject} points", points)
     if t.ndim != 1 or q.ndim != 2 or len(t) != len(q) or len(t) < 2:
         raise ShapeError(subject, f"times {t.shape}, points {q.shape}", "(P,) and (P, n), P >= 2")
-    if not (np.all(np.isfinite(t)) and np.all(np.isfinite(q)) and np.all(np.diff(t) > 0)):
-        raise ParameterError(subject, "times not increasing or values not finite", "a clean table")
+    finite = np.isfinite(t) & np.all(np.isfinite(q), axis=1)
+    if not np.all(finite):
+        row = int(np.argmin(finite))
+        raise ParameterError(subject, f"row {row} is {t[row]}, {q[row].tolist()}", "finite numbers")
+    if np.any(np.diff(t) <= 0):
+        row = int(np.argmax(np.diff(t) <= 0))
+        raise ParameterError(subject, f"time {t[row + 1]} follows {t[row]}", "increasing times")
     return t, q
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

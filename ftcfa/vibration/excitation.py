@@ -48,11 +48,13 @@ class WhiteNoise:
             )
         varpi = self._varpi
         square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
-        if varpi.ndim > 2 or (varpi.ndim == 2 and not square):
+        if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
             raise ShapeError("WhiteNoise intensity", f"shape {varpi.shape}", "(), (m,) or (m, m)")
         matrix = varpi if square else np.diag(np.atleast_1d(varpi))
-        symmetric = np.all(np.isfinite(matrix)) and np.allclose(matrix, matrix.T, rtol=1e-12)
-        if not symmetric or np.linalg.eigvalsh(matrix)[0] < -1e-12 * np.abs(matrix).max():
+        rounding = 1e-12 * np.abs(matrix).max()
+        finite = np.all(np.isfinite(matrix))
+        symmetric = finite and np.all(np.abs(matrix - matrix.T) <= rounding)
+        if not symmetric or np.linalg.eigvalsh(matrix)[0] < -rounding:
             raise ParameterError(
                 "WhiteNoise intensity", f"{varpi.tolist()}", "a positive semidefinite varpi"
             )
