@@ -5,11 +5,12 @@ from importlib.metadata import version
 from ftcfa.control.filters import ExplicitFilter, ImplicitFilter
 from ftcfa.control.ftcf import FTCF, Gains
 from ftcfa.control.network import RBFNetwork
-from ftcfa.engine.simulate import simulate
+from ftcfa.engine.simulate import simulate, simulate_paths
 from ftcfa.errors import (
     FtcfaError,
     ParameterError,
     ShapeError,
+    TracingError,
     UnknownNameError,
     UrdfError,
 )
@@ -41,10 +42,12 @@ __all__ = [
     "ShapeError",
     "Sinusoid",
     "Table",
+    "TracingError",
     "UnknownNameError",
     "UrdfError",
     "Vibration",
     "WhiteNoise",
     "load_arm",
     "simulate",
+    "simulate_paths",
 ]

@@ -1,11 +1,13 @@
 """The interpreted engine: the loop's own Python functions, step by step, on Pinocchio."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
+from ftcfa.engine.parameters import with_parameter
 from ftcfa.loop.closed_loop import ClosedLoop, alive
 from ftcfa.vibration.streams import PLANT_NOISE, standard_normals
 
@@ -14,25 +16,35 @@ CHUNK = 4096
 
 
 def run_interpreted(
-    loop: ClosedLoop, samples: int, record_every: int, seed: int, path: int, names: Sequence[str]
-) -> tuple[Signals, float]:
-    """Run one path.
+    loop: ClosedLoop,
+    samples: int,
+    record_every: int,
+    seed: int,
+    paths: npt.NDArray[np.uint64],
+    names: Sequence[str],
+    varied: Mapping[str, Array],
+) -> tuple[Signals, Array]:
+    """Run paths one after the other.
 
-    Args:
-        loop: The closed loop.
-        samples: Number of samples; the first is at time zero.
-        record_every: Keep every so many samples.
-        seed: Seed of the experiment.
-        path: Number of the path.
-        names: Signals to keep.
-
-    Returns:
-        The signals over the kept samples, each of shape (kept, ...), NaN from divergence on; and
-        the time of divergence [s], NaN if there was none.
+    Args, returns: as of `ftcfa.engine.compiled.run_compiled`.
     """
     kept = -(-samples // record_every)
     shapes = loop.signal_shapes()
-    recorded = {name: np.full((kept, *shapes[name]), np.nan) for name in names}
+    record = {name: np.full((len(paths), kept, *shapes[name]), np.nan) for name in names}
+    died = np.full(len(paths), np.nan)
+    for i, path in enumerate(paths):
+        own = loop
+        for name, values in varied.items():
+            own = with_parameter(own, name, values[i])
+        rows = {name: record[name][i] for name in names}
+        died[i] = _run_path(own, samples, record_every, seed, int(path), rows)
+    return record, died
+
+
+def _run_path(
+    loop: ClosedLoop, samples: int, record_every: int, seed: int, path: int, rows: Signals
+) -> float:
+    """Fill the rows of one path; returns the time at which it diverged [s], NaN if it did not."""
     state = None
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, samples, CHUNK):
@@ -43,12 +55,12 @@ def run_interpreted(
                 now = Desired(*(row[k] for row in desired))
                 state = loop.init(now) if state is None else state
                 if not alive(state):
-                    return recorded, tick * loop.period
+                    return tick * loop.period
                 signals, state = loop.step(state, now, noise[k])
                 if tick % record_every == 0:
-                    for name in names:
-                        recorded[name][tick // record_every] = signals[name]
-    return recorded, np.nan
+                    for name, row in rows.items():
+                        row[tick // record_every] = signals[name]
+    return np.nan
 
 
 def _noise(loop: ClosedLoop, ticks: range, seed: int, path: int) -> Array:

@@ -1,39 +1,26 @@
-"""`simulate`: one path of a closed loop as an xarray Dataset."""
+"""`simulate` and `simulate_paths`: a closed loop run over one path or many, as a Dataset."""
 
-import json
-from collections.abc import Iterable
-from importlib.metadata import version
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral, Real
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
-from ftcfa.control.protocol import Signals
+from ftcfa.arrays import counting
+from ftcfa.engine.compiled import run_compiled
+from ftcfa.engine.dataset import trajectories
 from ftcfa.engine.interpreted import run_interpreted
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.engine.parameters import checked_values
+from ftcfa.errors import ParameterError, TracingError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe
 
-STANDARD = ("q", "q_d", "v", "u")
-"""Signals that every Dataset has; the others are recorded on request."""
-
-UNITS = {
-    "q": ("rad", "position"),
-    "q_d": ("rad", "desired position"),
-    "v": ("rad/s", "velocity"),
-    "u": ("N m", "torque that acts, within the effort limits"),
-    "u_command": ("N m", "torque that the controller asks for"),
-    "alpha": ("rad/s", "virtual control (7)"),
-    "abar": ("rad/s", "filtered virtual control (6)"),
-    "z1": ("rad", "tracking error (5)"),
-    "z2": ("rad/s", "velocity error (5)"),
-    "v1": ("rad", "compensated tracking error (12)"),
-    "v2": ("rad/s", "compensated velocity error (12)"),
-    "s1": ("rad", "error compensation of the position (10)"),
-    "s2": ("rad/s", "error compensation of the velocity (10)"),
-    "rho": ("rad/s", "anti-saturation state (11)"),
-    "theta": ("1", "estimated squared norm of the network's weights (9)"),
-}
-"""Units and meaning of the signals of revolute joints; prismatic joints have m for rad."""
+STANDARD = ("q", "v", "u")
+"""Signals that are always recorded; the others are on request. The reference is known."""
+ENGINES = ("compiled", "interpreted")
+Engine = Literal["compiled", "interpreted"]
 
 
 def simulate(
@@ -44,10 +31,12 @@ def simulate(
     path: int = 0,
     signals: Iterable[str] = (),
     record_every: int = 1,
+    engine: Engine = "compiled",
 ) -> xr.Dataset:
     """Simulate one path.
 
-    The noise of path i belongs to (seed, i) alone, so any path can be run again by itself.
+    The noise of path i belongs to (seed, i) alone, so any path of any ensemble can be run again
+    by itself.
 
     Args:
         loop: The closed loop.
@@ -56,35 +45,112 @@ def simulate(
         path: Number of the path, 0 <= path < 2^64.
         signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
         record_every: Keep every so many samples.
+        engine: ``"compiled"``, or ``"interpreted"`` for the loop's own Python, step by step. A
+            law that cannot be compiled runs interpreted, with a warning that says why.
 
     Returns:
         A Dataset with ``time`` [s]; ``q``, ``q_d``, ``v``, ``u`` over (time, joint); ``ote``, the
         overall tracking error |q - q_d|, over time; the asked signals; and ``diverged_at`` [s],
-        NaN unless the path diverged, in which case all is NaN from then on.
+        NaN unless the path diverged, in which case all but q_d is NaN from then on.
 
     Raises:
-        ParameterError, UnknownNameError: If an argument is out of range or a signal unknown.
+        ParameterError, UnknownNameError: If an argument is out of range or a name unknown.
     """
-    samples = _samples(loop, duration)
-    for subject, value in (("seed", seed), ("path", path)):
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, (int, np.integer))
-            or not 0 <= value < 2**64
-        ):
-            raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
-    if isinstance(record_every, bool) or int(record_every) != record_every or record_every < 1:
-        raise ParameterError("record_every", repr(record_every), "an integer >= 1")
-    names = _signal_names(loop, signals)
-    recorded, died = run_interpreted(loop, samples, record_every, int(seed), int(path), names)
-    time = np.arange(0, samples, record_every) * loop.period
-    dataset = _dataset(loop, time, recorded, died)
-    dataset.attrs |= {"seed": int(seed), "path": int(path), "duration": float(duration)}
+    dataset = simulate_paths(
+        loop,
+        [path],
+        duration,
+        seed=seed,
+        signals=signals,
+        record_every=record_every,
+        threads=1,
+        engine=engine,
+    )
+    dataset = dataset.isel(path=0, drop=True)
+    dataset.attrs["path"] = int(path)
     return dataset
 
 
+def simulate_paths(
+    loop: ClosedLoop,
+    paths: int | Sequence[int],
+    duration: float,
+    *,
+    seed: int = 0,
+    vary: Mapping[str, npt.ArrayLike] | None = None,
+    signals: Iterable[str] = (),
+    record_every: int = 1,
+    threads: int | None = None,
+    engine: Engine = "compiled",
+) -> xr.Dataset:
+    """Simulate many paths at once.
+
+    Args:
+        loop: The closed loop.
+        paths: How many (path numbers 0, 1, ...), or the path numbers.
+        duration: Simulated time [s].
+        seed: Seed of the experiment, 0 <= seed < 2^64.
+        vary: Parameters that differ from path to path, by dotted name, each of shape
+            (paths, ...): initial states ``q0`` and ``v0``, ``arm.inertias``,
+            ``arm.effort_limit``, ``vibration.sigma``, gains such as ``controller.gains.c1``, and
+            any other number or array that a part of the loop holds. No value is compiled in, so
+            a sweep compiles once.
+        signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
+        record_every: Keep every so many samples.
+        threads: Threads; all that this process may use by default.
+        engine: As in `simulate`.
+
+    Returns:
+        A Dataset as of `simulate` with a leading dimension ``path``; what varies is a coordinate.
+
+    Raises:
+        ParameterError, ShapeError, UnknownNameError: If an argument is of the wrong range,
+            shape or name.
+    """
+    numbers = _path_numbers(paths)
+    samples = _samples(loop, duration)
+    seed = _natural("seed", seed)
+    counting("record_every", record_every)
+    if threads is not None:
+        counting("threads", threads)
+    if engine not in ENGINES:
+        raise UnknownNameError("engine", str(engine), ENGINES)
+    names = _signal_names(loop, signals)
+    varied = checked_values(loop, vary or {}, len(numbers))
+    if engine == "compiled":
+        try:
+            recorded, died = run_compiled(
+                loop, samples, record_every, seed, numbers, names, varied, threads
+            )
+        except TracingError as error:
+            warnings.warn(f"running interpreted, thousands of times slower: {error}", stacklevel=2)
+            engine = "interpreted"
+    if engine == "interpreted":
+        recorded, died = run_interpreted(loop, samples, record_every, seed, numbers, names, varied)
+    time = np.arange(0, samples, record_every) * loop.period
+    dataset = trajectories(loop, time, recorded, died, numbers, varied)
+    dataset.attrs |= {"seed": seed, "duration": float(duration), "engine": engine}
+    return dataset
+
+
+def _path_numbers(paths: Any) -> npt.NDArray[np.uint64]:
+    if isinstance(paths, Integral) and not isinstance(paths, bool) and int(paths) >= 0:
+        return np.arange(int(paths), dtype=np.uint64)
+    if isinstance(paths, Iterable) and not isinstance(paths, str):
+        return np.array([_natural("path", path) for path in paths], dtype=np.uint64)
+    raise ParameterError("paths", repr(paths), "a number of paths, or path numbers")
+
+
+def _natural(subject: str, value: int) -> int:
+    number = isinstance(value, Integral) and not isinstance(value, bool)
+    if not (number and 0 <= value < 2**64):
+        raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
+    return int(value)
+
+
 def _samples(loop: ClosedLoop, duration: float) -> int:
-    if not (isinstance(duration, (int, float)) and np.isfinite(duration) and duration >= 0):
+    number = isinstance(duration, Real) and not isinstance(duration, bool)
+    if not (number and np.isfinite(duration) and duration >= 0):
         raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
     return round(duration / loop.period) + 1
 
@@ -95,39 +161,4 @@ def _signal_names(loop: ClosedLoop, signals: Iterable[str]) -> list[str]:
     for name in asked:
         if name not in known:
             raise UnknownNameError("signal", name, known)
-    return [*STANDARD, *(name for name in asked if name not in STANDARD)]
-
-
-def _dataset(loop: ClosedLoop, time: np.ndarray, recorded: Signals, died: float) -> xr.Dataset:
-    prismatic = "prismatic" in loop.arm.joint_types
-    dataset = xr.Dataset(
-        coords={
-            "time": ("time", time, {"units": "s"}),
-            "joint": ("joint", list(loop.arm.joint_names)),
-            "joint_type": ("joint", list(loop.arm.joint_types)),
-        },
-        attrs={
-            "ftcfa_version": version("ftcfa"),
-            "experiment": json.dumps(describe(loop)),
-        },
-    )
-    for name, values in recorded.items():
-        per_joint = values.ndim == 2 and values.shape[1] == loop.arm.n
-        unit, meaning = UNITS.get(name, ("", name))
-        if prismatic and per_joint:
-            unit = f"{unit} (prismatic joints: {_linear(unit)})"
-        dims = ("time", "joint") if per_joint else ("time",)
-        data = values if per_joint else values.reshape(len(time))
-        dataset[name] = (dims, data, {"units": unit, "long_name": meaning})
-    error = recorded["q"] - recorded["q_d"]
-    dataset["ote"] = (
-        ("time",),
-        np.linalg.norm(error, axis=1),
-        {"units": "rad", "long_name": "overall tracking error |q - q_d|"},
-    )
-    dataset["diverged_at"] = ((), died, {"units": "s", "long_name": "time of divergence"})
-    return dataset
-
-
-def _linear(unit: str) -> str:
-    return {"N m": "N"}.get(unit, unit.replace("rad", "m"))
+    return [*STANDARD, *(name for name in asked if name not in (*STANDARD, "q_d"))]

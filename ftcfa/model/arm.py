@@ -11,6 +11,7 @@ import pinocchio as pin
 from ftcfa.arrays import Array, solve_spd
 from ftcfa.errors import ShapeError
 from ftcfa.model.inertia import check_spread, perturbed_pseudo_inertia
+from ftcfa.model.tree import KinematicTree
 
 FRICTION_VELOCITY = 1e-3
 """Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
@@ -21,6 +22,14 @@ def pinocchio_model(xml: str, gravity: Array) -> pin.Model:
     model = pin.buildModelFromXML(xml)
     model.gravity.linear = gravity
     return model
+
+
+def _body(row: Array) -> pin.Inertia:
+    """A body of ten inertial parameters; a massless one has no centre to divide for."""
+    if row[0] != 0:
+        return pin.Inertia.FromDynamicParameters(row)
+    xx, xy, yy, xz, yz, zz = row[4:]
+    return pin.Inertia(0.0, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +86,60 @@ class Arm:
     def _data(self) -> pin.Data:
         return self.model.createData()
 
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all bodies that some coordinate moves [kg]."""
+        moved = np.concatenate([[False], self.G.any(axis=1)])  # joint 0 is the fixed base
+        bodies = zip(self.model.inertias[1:], self.model.supports[1:], strict=True)
+        return float(sum(body.mass for body, above in bodies if any(moved[j] for j in above)))
+
+    @property
+    def inertias(self) -> Array:
+        """Inertial parameters of the model's N bodies in their joint frames, shape (N, 10).
+
+        A row is m, m c (3), and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's origin
+        [kg, kg m, kg m^2].
+        """
+        return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
+
+    def with_inertias(self, inertias: Array) -> "Arm":
+        """The same arm with other inertial parameters, shape (N, 10) as in `inertias`."""
+        model = self.model.copy()
+        for i, row in enumerate(inertias):
+            model.inertias[i + 1] = _body(row)
+        source = {**(self.source or {}), "inertias": np.asarray(inertias).tolist()}
+        return replace(self, model=model, source=source)
+
+    def tree(self) -> KinematicTree:
+        """The model's constants as plain arrays."""
+        joints, data = self.model.joints[1:], self.model.createData()
+        axes = np.array([data.joints[joint.id].S.ravel() for joint in joints])  # (N, 6)
+        placements = [self.model.jointPlacements[joint.id] for joint in joints]
+        prismatic = np.linalg.norm(axes[:, :3], axis=1) > 0
+        return KinematicTree(
+            parents=tuple(self.model.parents[joint.id] - 1 for joint in joints),
+            rotations=np.array([placement.rotation for placement in placements]),
+            translations=np.array([placement.translation for placement in placements]),
+            axes=np.where(prismatic[:, None], axes[:, :3], axes[:, 3:]),
+            prismatic=tuple(bool(p) for p in prismatic),
+            gravity=np.array(self.model.gravity.linear),
+        )
+
     def __getstate__(self) -> dict[str, Any]:
         return {key: value for key, value in self.__dict__.items() if key != "_data"}
 
+    def _check_shape(self, symbol: str, x: Array) -> None:
+        if np.shape(x) != (self.n,):
+            raise ShapeError(
+                f"{symbol} of {self.name}", f"shape {np.shape(x)}", f"shape ({self.n},)"
+            )
+
     def _model_q(self, q: Array) -> Array:
-        if np.shape(q) != (self.n,):
-            raise ShapeError(f"q of {self.name}", f"shape {np.shape(q)}", f"shape ({self.n},)")
+        self._check_shape("q", q)
         return self.G @ q + self.g0
 
     def _model_v(self, v: Array) -> Array:
-        if np.shape(v) != (self.n,):
-            raise ShapeError(f"v of {self.name}", f"shape {np.shape(v)}", f"shape ({self.n},)")
+        self._check_shape("v", v)
         return self.G @ v
 
     def mass_matrix(self, q: Array) -> Array:
@@ -127,6 +179,7 @@ class Arm:
 
     def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
         """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
+        self._check_shape("tau", tau)
         return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
 
     def base_coupling(self, q: Array) -> Array:
@@ -137,6 +190,7 @@ class Arm:
         from the centre of mass to the base origin.
         """
         A = pin.computeCentroidalMap(self.model, self._data, self._model_q(q))
+        A = A.reshape(6, -1)  # for a single joint Pinocchio drops the second dimension
         linear, angular = A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]
         return self.G.T @ np.vstack([linear, angular]).T
 
@@ -162,10 +216,9 @@ class Arm:
             ParameterError: If a spread is negative or not finite.
         """
         check_spread(mass=mass, centre=centre, shape=shape)
-        model = self.model.copy()
-        for i in range(1, model.njoints):
-            J = pin.PseudoInertia.FromInertia(model.inertias[i]).toMatrix()
-            drawn = perturbed_pseudo_inertia(J, rng, mass, centre, shape)
-            model.inertias[i] = pin.PseudoInertia.FromMatrix(drawn).toInertia()
-        bodies = [inertia.toDynamicParameters().tolist() for inertia in model.inertias[1:]]
-        return replace(self, model=model, source={**(self.source or {}), "bodies": bodies})
+        drawn = []
+        for body in self.model.inertias[1:]:
+            J = pin.PseudoInertia.FromInertia(body).toMatrix()
+            new = perturbed_pseudo_inertia(J, rng, mass, centre, shape)
+            drawn.append(pin.PseudoInertia.FromMatrix(new).toDynamicParameters())
+        return self.with_inertias(np.array(drawn))

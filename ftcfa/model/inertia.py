@@ -6,6 +6,7 @@ Deforming the body, x -> F x + d, and scaling its density maps J to s T J T^T, w
 positive (semi)definite whatever the draw: no draw can be unphysical.
 """
 
+from numbers import Real
 from typing import Protocol
 
 import numpy as np
@@ -47,7 +48,7 @@ def perturbed_pseudo_inertia(
 def check_spread(**spreads: float) -> None:
     """Raise ParameterError unless every spread is a number >= 0."""
     for name, value in spreads.items():
-        if not (np.isfinite(value) and value >= 0):
+        if not (isinstance(value, Real) and 0 <= value < np.inf):
             raise ParameterError(f"perturbation '{name}'", f"{value!r}", "a number >= 0")
 
 

@@ -7,7 +7,7 @@ stands still at b_j (a locked joint, or one that mimics a locked or fixed joint)
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ftcfa.errors import UnknownNameError, UrdfError
+from ftcfa.errors import UrdfError
 from ftcfa.model.urdf import RobotDescription
 
 
@@ -41,36 +41,40 @@ def joint_rules(description: RobotDescription, locks: Mapping[str, float]) -> di
     joints = description.moving_joints
     fixed = {joint.name for joint in description.robot.joints} - joints.keys()
     for name in locks:
-        if name not in joints:
-            raise UnknownNameError(f"{description.file}: locked joint", name, list(joints))
-        if joints[name].mimic is not None:
+        mimic = description.moving_joint(name).mimic
+        if mimic is not None:
             raise UrdfError(
                 f"{description.file}: joint '{name}'",
                 "a mimic joint cannot be locked",
                 "a joint with a coordinate of its own",
-                f"lock '{joints[name].mimic.joint}', which it mimics",
+                f"lock '{mimic.joint}', which it mimics",
             )
 
-    def rule(name: str, chain: tuple[str, ...]) -> JointRule:
-        if name in fixed:
-            return JointRule(None, 0.0, 0.0)
-        if name not in joints or name in chain:
+    def rule(name: str) -> JointRule:
+        multiplier, offset = 1.0, 0.0
+        chain: list[str] = []
+        while name in joints and name not in locks:
+            mimic = joints[name].mimic
+            if mimic is None:
+                return JointRule(name, multiplier, offset)
+            if name in chain:
+                others = "".join(f", through '{other}'" for other in chain[chain.index(name) + 1 :])
+                raise UrdfError(
+                    f"{description.file}: joint '{name}'",
+                    f"mimics itself{others}",
+                    "a joint that leads and does not mimic",
+                    "correct its <mimic>",
+                )
+            chain.append(name)
+            multiplier, offset = multiplier * mimic.multiplier, offset + multiplier * mimic.offset
+            name = mimic.joint
+        if name not in joints and name not in fixed:
             raise UrdfError(
                 f"{description.file}: joint '{chain[-1]}'",
-                f"mimics '{name}', which " + ("mimics it" if name in chain else "does not exist"),
-                f"one of: {', '.join(n for n in joints if n not in chain)}",
+                f"mimics '{name}', which does not exist",
+                f"a joint of this file ({', '.join(joints)})",
                 "correct its <mimic>",
             )
-        if name in locks:
-            return JointRule(None, 0.0, float(locks[name]))
-        mimic = joints[name].mimic
-        if mimic is None:
-            return JointRule(name, 1.0, 0.0)
-        leader = rule(mimic.joint, (*chain, name))
-        return JointRule(
-            leader.leader,
-            mimic.multiplier * leader.multiplier,
-            mimic.multiplier * leader.offset + mimic.offset,
-        )
+        return JointRule(None, 0.0, offset + multiplier * locks.get(name, 0.0))
 
-    return {name: rule(name, ()) for name in joints}
+    return {name: rule(name) for name in joints}

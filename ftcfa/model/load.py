@@ -12,7 +12,7 @@ from ftcfa.model.arm import Arm, pinocchio_model
 from ftcfa.model.catalogue import CatalogueEntry, catalogue, find_arm
 from ftcfa.model.inertia import joint_box
 from ftcfa.model.joints import JointRule, joint_rules
-from ftcfa.model.urdf import RobotDescription, inertia_defect, read_urdf
+from ftcfa.model.urdf import RobotDescription, inertia_defect, position_limits, read_urdf
 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
@@ -60,6 +60,7 @@ def load_arm(
     names = tuple(name for name in model.names[1:] if rules[name].leader == name)
     G, g0 = _coordinate_map(list(model.names[1:]), names, rules)
     lower, upper, velocity = _limits(description, names, warnings)
+    effort = _effort_limit(description, names, effort_limit)
     arm = Arm(
         name=description.robot.name if entry is None else str(robot),
         model=model,
@@ -70,16 +71,16 @@ def load_arm(
         lower=lower,
         upper=upper,
         velocity_limit=velocity,
-        effort_limit=_effort_limit(description, names, effort_limit),
+        effort_limit=effort,
         damping=_dynamics(description, model.names[1:], "damping"),
         friction=_dynamics(description, model.names[1:], "friction"),
-        home=_home(entry, names, lower, upper),
+        home=np.array([_home(description, entry, name) for name in names]),
         warnings=tuple(warnings),
         source={
-            "robot": str(robot),
+            "robot": str(robot if entry is not None else file),
             "lock": dict(locks),
             "gravity": field.tolist(),
-            "effort_limit": _effort_limit(description, names, effort_limit).tolist(),
+            "effort_limit": effort.tolist(),
         },
     )
     _refuse_singular(file, arm)
@@ -97,8 +98,11 @@ def _locate(
     if isinstance(robot, str) and robot in catalogue():
         entry = find_arm(robot)
         return entry, entry.path()
-    path = Path(text).expanduser()
-    if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not path.exists():
+    if text.lstrip().startswith("<"):
+        raise ParameterError("robot", "XML text", "a name or a path", "write the text to a file")
+    path = Path(text)
+    exists = os.path.exists(path)  # noqa: PTH110 (pathlib's raises where a name is too long)
+    if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not exists:
         find_arm(robot)  # raises, and lists the known ones
     return None, path
 
@@ -106,7 +110,9 @@ def _locate(
 def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
     package, _, inside = uri.removeprefix("package://").partition("/")
     from_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    folders = [Path(folder) for folder in (*package_dirs, *from_ros) if os.fspath(folder)]
+    if isinstance(package_dirs, (str, os.PathLike)):
+        package_dirs = [package_dirs]
+    folders = [Path(folder).resolve() for folder in (*package_dirs, *from_ros) if folder]
     for folder in folders:
         for root in (folder / package, *([folder] if folder.name == package else [])):
             if (root / inside).is_file():
@@ -119,27 +125,30 @@ def _locks(
     description: RobotDescription, entry: CatalogueEntry | None, lock: Locks | None
 ) -> dict[str, float]:
     """Joint values to hold: what the catalogue locks, then what the user asks for."""
-    home = entry.home if entry is not None else {}
     locks: dict[str, float] = {}
     if entry is not None and entry.joints:
         independent = (j.name for j in description.moving_joints.values() if j.mimic is None)
-        locks = {name: home.get(name, 0.0) for name in independent if name not in entry.joints}
+        locked = (name for name in independent if name not in entry.joints)
+        locks = {name: _home(description, entry, name) for name in locked}
     if isinstance(lock, str):
         lock = [lock]
-    asked = (
-        lock if isinstance(lock, Mapping) else {name: home.get(name, 0.0) for name in lock or ()}
-    )
-    for name, value in asked.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+    elif lock is None:
+        lock = []
+    if not isinstance(lock, Iterable):
+        raise ParameterError("lock", repr(lock), "joint names, or names with values [rad or m]")
+    if not isinstance(lock, Mapping):
+        lock = {name: _home(description, entry, name) for name in map(str, lock)}
+    for name, value in lock.items():
+        numeric = isinstance(value, int | float | np.integer | np.floating)
+        if not numeric or isinstance(value, bool) or not np.isfinite(value):
             raise ParameterError(f"lock of joint '{name}'", repr(value), "a number [rad or m]")
-    return locks | {name: float(value) for name, value in asked.items()}
+    return locks | {name: float(value) for name, value in lock.items()}
 
 
 def _gravity_field(gravity: float | Sequence[float]) -> Array:
     """The field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
-    if np.ndim(gravity) == 0:
-        return vector("gravity", gravity, 1) * np.array([0.0, 0.0, -1.0])
-    return vector("gravity", gravity, 3)
+    field = vector("gravity", gravity, 3)
+    return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
 
 
 def _lint_links(description: RobotDescription, moving: set[str]) -> list[str]:
@@ -153,8 +162,11 @@ def _lint_links(description: RobotDescription, moving: set[str]) -> list[str]:
                 raise UrdfError(f"{description.file}: link '{link.name}'", *defect)
             warnings.append(f"link '{link.name}': {defect[0]}; ignored, it does not move")
     for link in moved:
-        if link.inertial is not None and link.inertial.mass > 0 and not link.inertial.inertia.any():
+        body = link.inertial
+        if body is not None and body.mass > 0 and not body.inertia.any():
             warnings.append(f"link '{link.name}': no rotational inertia, a point mass")
+        if body is not None and body.mass == 0 and body.inertia.any():
+            warnings.append(f"link '{link.name}': rotational inertia without mass")
     return warnings
 
 
@@ -175,17 +187,21 @@ def _limits(
 ) -> tuple[Array, Array, Array]:
     """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none."""
     n = len(names)
-    lower, upper, velocity = np.full(n, -np.inf), np.full(n, np.inf), np.full(n, np.inf)
+    lower, upper, velocity = np.empty(n), np.empty(n), np.full(n, np.inf)
     for i, name in enumerate(names):
         joint = description.moving_joints[name]
-        limit = joint.limit
-        low, high = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
-        if joint.type != "continuous" and low < high:
-            lower[i], upper[i] = low, high
-        elif joint.type != "continuous":
+        lower[i], upper[i] = position_limits(joint)
+        if lower[i] == upper[i]:
+            raise UrdfError(
+                f"{description.file}: joint '{name}'",
+                f"lower and upper limit are both {lower[i]:g}",
+                "a range to move in",
+                "widen it, or lock the joint",
+            )
+        if joint.type != "continuous" and lower[i] == -np.inf:
             warnings.append(f"joint '{name}': no position limits, taken as unlimited")
-        if limit is not None and limit.velocity:
-            velocity[i] = limit.velocity
+        if joint.limit is not None and joint.limit.velocity:
+            velocity[i] = joint.limit.velocity
         else:
             warnings.append(f"joint '{name}': no velocity limit, taken as unlimited")
     return lower, upper, velocity
@@ -195,21 +211,14 @@ def _effort_limit(
     description: RobotDescription, names: tuple[str, ...], given: EffortLimit | None
 ) -> Array:
     """u*, shape (n,): what the user gives, else the URDF's."""
-    if given is not None and not isinstance(given, Mapping):
-        limits = vector("effort_limit", given, len(names))
-    else:
+    if given is None or isinstance(given, Mapping):
         by_name = dict(given or {})
         for name in by_name.keys() - set(names):
             raise UnknownNameError("effort_limit of joint", name, names)
-        limits = np.array([by_name.get(name, _urdf_effort(description, name)) for name in names])
-        for name, limit in zip(names, limits, strict=True):
-            if limit == 0 and name not in by_name:
-                raise UrdfError(
-                    f"{description.file}: joint '{name}'",
-                    "effort limit missing or zero",
-                    "a positive effort",
-                    'write <limit effort="..."> or pass effort_limit',
-                )
+        given = [
+            by_name[name] if name in by_name else _urdf_effort(description, name) for name in names
+        ]
+    limits = vector("effort_limit", given, len(names))
     if not np.all(limits > 0):
         raise ParameterError("effort_limit", f"{limits.tolist()}", "positive numbers [N m or N]")
     return limits
@@ -217,7 +226,14 @@ def _effort_limit(
 
 def _urdf_effort(description: RobotDescription, joint: str) -> float:
     limit = description.moving_joints[joint].limit
-    return 0.0 if limit is None else limit.effort or 0.0
+    if limit is None or not limit.effort:
+        raise UrdfError(
+            f"{description.file}: joint '{joint}'",
+            "effort limit missing or zero",
+            "a positive effort",
+            'write <limit effort="..."> or pass effort_limit',
+        )
+    return float(limit.effort)
 
 
 def _dynamics(description: RobotDescription, joints: Iterable[str], name: str) -> Array:
@@ -226,16 +242,11 @@ def _dynamics(description: RobotDescription, joints: Iterable[str], name: str) -
     return np.array([float(getattr(tag, name, None) or 0.0) for tag in tags])
 
 
-def _home(
-    entry: CatalogueEntry | None, names: tuple[str, ...], lower: Array, upper: Array
-) -> Array:
-    """The catalogue's posture, else zero, else the middle of a range that excludes zero."""
-    listed = entry.home if entry is not None else {}
-    fallback = [
-        0.0 if low <= 0.0 <= high else (low + high) / 2
-        for low, high in zip(lower, upper, strict=True)
-    ]
-    return np.array([listed.get(name, zero) for name, zero in zip(names, fallback, strict=True)])
+def _home(description: RobotDescription, entry: CatalogueEntry | None, joint: str) -> float:
+    """The catalogue's value, else zero, else the middle of a range that excludes zero."""
+    lower, upper = position_limits(description.moving_joint(joint))
+    fallback = 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2
+    return entry.home.get(joint, fallback) if entry is not None else fallback
 
 
 def _refuse_singular(file: Path, arm: Arm) -> None:

@@ -1,0 +1,167 @@
+"""The compiled engine: blocks of paths on threads, each block through its program."""
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from threading import Event
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array
+from ftcfa.control.protocol import Signals
+from ftcfa.engine.program import Program, compile_loop
+from ftcfa.engine.trace import TracedLoop, trace
+from ftcfa.engine.vector_math import Target, host_target
+from ftcfa.loop.closed_loop import ClosedLoop
+
+CACHE_LINE = 64
+TICKS_PER_CALL = 2048
+"""Ticks between two looks at whether to stop: some 20 ms of a block."""
+
+
+def run_compiled(
+    loop: ClosedLoop,
+    samples: int,
+    record_every: int,
+    seed: int,
+    paths: npt.NDArray[np.uint64],
+    names: Sequence[str],
+    varied: Mapping[str, Array],
+    threads: int | None = None,
+    target: Target | None = None,
+) -> tuple[Signals, Array]:
+    """Run many paths.
+
+    Args:
+        loop: The closed loop.
+        samples: Number of samples; the first is at time zero.
+        record_every: Keep every so many samples.
+        seed: Seed of the experiment.
+        paths: Numbers of the paths.
+        names: Signals to keep.
+        varied: Parameters that differ from path to path, each of shape (paths, ...).
+        threads: Threads; as many as this process may use by default.
+        target: Vectors to compile for; the machine's own by default.
+
+    Returns:
+        The signals over paths and kept samples, each of shape (paths, kept, ...), NaN from
+        divergence on; and the times of divergence, shape (paths,) [s], NaN where there was none.
+    """
+    target = host_target() if target is None else target
+    traced = trace(loop, names, tuple(varied))
+    program = compile_loop(traced, target)
+    kept = -(-samples // record_every)
+    blocks = -(-len(paths) // program.lanes)
+    work = _Work(
+        program=program,
+        seed=np.uint64(seed).astype(np.int64).item(),
+        samples=samples,
+        record_every=record_every,
+        desired=_desired_rows(loop, samples),
+        paths=_padded(paths, program.lanes),
+        parameters=_parameters(traced, varied, len(paths), program.lanes),
+        record=np.empty((blocks * program.lanes, kept, program.signals)),
+        death=np.full((blocks, program.lanes), np.nan),
+    )
+    _run_blocks(work, blocks, threads)
+    record = work.record[: len(paths)]
+    death = work.death.reshape(-1)[: len(paths)] * loop.period
+    return _split(record, traced), death
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """All that the blocks read and write; each block owns its rows."""
+
+    program: Program
+    seed: int
+    samples: int
+    record_every: int
+    desired: Array  # (samples, 3 n)
+    paths: np.ndarray  # (blocks, lanes)
+    parameters: Array  # (blocks, entries, lanes)
+    record: Array  # (blocks lanes, kept, signals)
+    death: Array  # (blocks, lanes)
+
+    def block(self, b: int, stop: Event) -> None:
+        """Run one block to its end, or until asked to stop."""
+        program = self.program
+        state = _aligned(np.zeros((program.states, program.lanes)))
+        parameters, paths, death = self.parameters[b], self.paths[b], self.death[b]
+        record = self.record[b * program.lanes :]
+        program.init(state.ctypes.data, parameters.ctypes.data, self.desired.ctypes.data)
+        for tick in range(0, self.samples, TICKS_PER_CALL):
+            if stop.is_set():
+                return
+            program.run(
+                state.ctypes.data,
+                parameters.ctypes.data,
+                self.desired[tick:].ctypes.data,
+                paths.ctypes.data,
+                self.seed,
+                tick,
+                min(TICKS_PER_CALL, self.samples - tick),
+                self.record_every,
+                record.ctypes.data,
+                record[0].size,
+                death.ctypes.data,
+            )
+
+
+def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
+    """All blocks, on threads; an interrupt stops them within a call."""
+    threads = len(os.sched_getaffinity(0)) if threads is None else threads
+    stop = Event()
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        try:
+            pending = {pool.submit(work.block, b, stop) for b in range(blocks)}
+            while pending:
+                done, pending = wait(pending, timeout=0.2, return_when=FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _desired_rows(loop: ClosedLoop, samples: int) -> Array:
+    """The desired motion at every sample, which all paths share, shape (samples, 3 n)."""
+    rows = loop.reference.at(np.arange(samples) * loop.period)
+    return np.ascontiguousarray(np.concatenate(rows, axis=1))
+
+
+def _padded(rows: np.ndarray, lanes: int) -> np.ndarray:
+    """Rows (paths, ...) in blocks (blocks, lanes, ...), the last row repeated to fill."""
+    missing = -len(rows) % lanes
+    full = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
+    return full.reshape(len(full) // lanes, lanes, *rows.shape[1:])
+
+
+def _parameters(traced: TracedLoop, varied: Mapping[str, Array], paths: int, lanes: int) -> Array:
+    """Parameters in the order of the traced code, a path a lane: (blocks, entries, lanes)."""
+    rows: list[Array] = [np.zeros((paths, 0))]
+    rows += [prepare(varied[name]).reshape(paths, -1) for name, prepare in traced.preparations]
+    blocks = _padded(np.concatenate(rows, axis=1), lanes)  # (blocks, lanes, entries)
+    return _aligned(blocks.transpose(0, 2, 1))
+
+
+def _aligned(values: Array) -> Array:
+    """A copy in rows that begins on a cache line: vectors that cross lines cost double."""
+    memory = np.empty(values.nbytes + CACHE_LINE, dtype=np.uint8)
+    start = -memory.ctypes.data % CACHE_LINE
+    copy = memory[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
+    copy[...] = values
+    return copy
+
+
+def _split(record: Array, traced: TracedLoop) -> Signals:
+    """The recorded row cut into its signals: views, not copies."""
+    signals, start = {}, 0
+    for name, shape in traced.signals:
+        entries = int(np.prod(shape))
+        signals[name] = record[:, :, start : start + entries].reshape(*record.shape[:2], *shape)
+        start += entries
+    return signals

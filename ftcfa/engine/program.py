@@ -1,0 +1,236 @@
+"""A traced loop as machine code: the time loop, the noise and the recording inside."""
+
+import ctypes
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+import llvmlite.binding as llvm
+
+from ftcfa.engine.assembly import Assembly, Entries, lower, normals
+from ftcfa.engine.trace import TracedLoop
+from ftcfa.engine.vector_math import Target, bind
+from ftcfa.vibration.streams import PLANT_NOISE
+
+CACHED_PROGRAMS = 64
+OPTIMISATION = 2
+
+_P, _I = ctypes.c_void_p, ctypes.c_int64
+_INIT = ctypes.CFUNCTYPE(None, _P, _P, _P)
+_RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _I, _I, _I, _P, _I, _P)
+_INIT_SIGNATURE = "ptr %state, ptr %parameters, ptr %desired"
+_RUN_SIGNATURE = (
+    "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, i64 %tick0, i64 %ticks, "
+    "i64 %every, ptr %record, i64 %stride, ptr %death"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Compiled code for a block of as many paths as a vector has lanes.
+
+    All arrays of doubles hold a path a lane. The code has no global state and runs without the
+    interpreter's lock, so blocks run on any threads.
+
+    Attributes:
+        init: (state, parameters, first desired row): fills the state.
+        run: (state, parameters, desired rows from tick on, paths, seed, tick, ticks, record_every,
+            record, stride, death): advances the state by some ticks. The signals of a kept tick go
+            to record[lane * stride + row * signals + i]; a path that diverges gets its tick of
+            death (NaN before) and NaN for signals from there on.
+        lanes: Paths a block.
+        states: Entries of a path's state.
+        signals: Entries of a path's recorded row.
+        engine: Owner of the code.
+    """
+
+    init: Any
+    run: Any
+    lanes: int
+    states: int
+    signals: int
+    engine: llvm.ExecutionEngine
+
+
+_cache: OrderedDict[str, Program] = OrderedDict()
+_lock = threading.Lock()
+
+
+def compile_loop(traced: TracedLoop, target: Target) -> Program:
+    """Compile a traced loop, or find it among those that this process has compiled."""
+    asm_init, asm_run = _init(traced, target), _run(traced, target)
+    text = _module(asm_init, asm_run)
+    key = sha256(text.encode()).hexdigest()
+    with _lock:
+        if key not in _cache:
+            engine = _machine_code(text, asm_init.symbols | asm_run.symbols)
+            _cache[key] = Program(
+                init=_INIT(engine.get_function_address("init")),
+                run=_RUN(engine.get_function_address("run")),
+                lanes=target.lanes,
+                states=traced.init.nnz_out(0),
+                signals=traced.recorded,
+                engine=engine,
+            )
+            if len(_cache) > CACHED_PROGRAMS:
+                _cache.popitem(last=False)
+        _cache.move_to_end(key)
+        return _cache[key]
+
+
+def _machine_code(text: str, symbols: set[str]) -> llvm.ExecutionEngine:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    for symbol in symbols:
+        bind(symbol)
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=OPTIMISATION,
+        jit=True,
+    )
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine.finalize_object()
+    return engine
+
+
+def _module(init: Assembly, run: Assembly) -> str:
+    return "\n".join(
+        [
+            *sorted(init.declarations | run.declarations),
+            f"define void @init({_INIT_SIGNATURE}) {{",
+            *init.lines,
+            "}",
+            f"define void @run({_RUN_SIGNATURE}) {{",
+            *run.lines,
+            "}",
+        ]
+    )
+
+
+def _init(traced: TracedLoop, target: Target) -> Assembly:
+    asm = Assembly(target)
+    desired = _desired(asm, "0", traced.init.nnz_in(0))
+    (state,) = lower(asm, traced.init, [desired, asm.memory("%parameters")])
+    for i, value in enumerate(state):
+        asm.store(value, "%state", i)
+    asm.do("ret void")
+    return asm
+
+
+def _run(traced: TracedLoop, target: Target) -> Assembly:
+    """The loop over ticks: control and first integration step, recording, further steps."""
+    asm, first = Assembly(target), traced.first
+    asm.label("entry")
+    kept = asm.emit(f"alloca [{traced.recorded + 1} x {asm.vector}], align 64")
+    torque = asm.emit(f"alloca [{traced.joints} x {asm.vector}], align 64")
+    seed = asm.broadcast("i64", "%seed")
+    paths = asm.emit(f"load {asm.words}, ptr %paths, align 8")
+    asm.do("%end = add i64 %tick0, %ticks")
+    asm.do("br label %head")
+
+    asm.label("head")
+    asm.do("%tick = phi i64 [ %tick0, %entry ], [ %next, %latch ]")
+    asm.do("%more = icmp slt i64 %tick, %end")
+    asm.do("br i1 %more, label %body, label %exit")
+
+    asm.label("body")
+    row = asm.emit("sub i64 %tick, %tick0")
+    desired = _desired(asm, row, first.nnz_in(1))
+    step = asm.emit(f"mul i64 %tick, {traced.substeps}")
+    noise = normals(asm, seed, paths, asm.broadcast("i64", step), PLANT_NOISE, traced.channels)
+    inputs = [asm.memory("%state"), desired, noise.__getitem__, asm.memory("%parameters")]
+    after, signals, u, (alive,) = lower(asm, first, inputs)
+    living = _living(asm, alive)
+    for i, value in enumerate(after):
+        asm.store(asm.select(living, value, asm.constant(0.0)), "%state", i)
+    for i, value in enumerate(signals):
+        asm.store(asm.select(living, value, asm.constant(math.nan)), kept, i)
+    for i, value in enumerate(u):
+        asm.store(asm.select(living, value, asm.constant(0.0)), torque, i)
+    asm.do("%phase = urem i64 %tick, %every")
+    asm.do("%keep_it = icmp eq i64 %phase, 0")
+    asm.do("br i1 %keep_it, label %keep, label %further")
+    asm.label("keep")
+    _keep(asm, kept, traced.recorded)
+    _further_steps(asm, traced, torque, step, seed, paths)
+
+    asm.label("latch")
+    asm.do("%next = add i64 %tick, 1")
+    asm.do("br label %head")
+    asm.label("exit")
+    asm.do("ret void")
+    return asm
+
+
+def _desired(asm: Assembly, row: str, entries: int) -> Entries:
+    """A row of the desired motion, which all paths share."""
+    pointer = asm.address("%desired", asm.emit(f"mul i64 {row}, {entries}"), "double")
+
+    def entry(i: int) -> str:
+        scalar = asm.emit(f"load double, ptr {asm.address(pointer, i, 'double')}, align 8")
+        return asm.broadcast("double", scalar)
+
+    return entry
+
+
+def _living(asm: Assembly, alive: str) -> str:
+    """Write the tick of death of paths that die at this one; mask of those that live on."""
+    tick = asm.broadcast("double", asm.emit("sitofp i64 %tick to double"))
+    death = asm.load("%death", 0)
+    unmarked = asm.compare("uno", death, death)
+    sound = asm.compare("une", alive, asm.constant(0.0))
+    asm.store(asm.select(sound, death, asm.select(unmarked, tick, death)), "%death", 0)
+    return asm.emit(f"and {asm.mask} {unmarked}, {sound}")
+
+
+def _keep(asm: Assembly, kept: str, recorded: int) -> None:
+    """Copy the kept signals, a path at a time, into the record; ends at label further."""
+    row = asm.emit("udiv i64 %tick, %every")
+    start = asm.emit(f"mul i64 {row}, {recorded}")
+    asm.do("br label %copy")
+    asm.label("copy")
+    asm.do("%i = phi i64 [ 0, %keep ], [ %i_next, %copy_one ]")
+    asm.do(f"%i_more = icmp slt i64 %i, {recorded}")
+    asm.do("br i1 %i_more, label %copy_one, label %further")
+    asm.label("copy_one")
+    value = asm.load(kept, "%i")
+    index = asm.emit(f"add i64 {start}, %i")
+    for lane in range(asm.lanes):
+        place = asm.emit(f"add i64 {index}, {asm.emit(f'mul i64 %stride, {lane}')}")
+        scalar = asm.emit(f"extractelement {asm.vector} {value}, i64 {lane}")
+        asm.do(f"store double {scalar}, ptr {asm.address('%record', place, 'double')}, align 8")
+    asm.do("%i_next = add i64 %i, 1")
+    asm.do("br label %copy")
+
+
+def _further_steps(
+    asm: Assembly, traced: TracedLoop, torque: str, step: str, seed: str, paths: str
+) -> None:
+    """The integration steps of a tick after the first, torque held; begins at label further."""
+    asm.label("further")
+    if traced.further is None:
+        asm.do("br label %latch")
+        return
+    asm.do("br label %substep_head")
+    asm.label("substep_head")
+    asm.do("%k = phi i64 [ 1, %further ], [ %k_next, %substep ]")
+    asm.do(f"%k_more = icmp slt i64 %k, {traced.substeps}")
+    asm.do("br i1 %k_more, label %substep, label %latch")
+    asm.label("substep")
+    now = asm.broadcast("i64", asm.emit(f"add i64 {step}, %k"))
+    noise = normals(asm, seed, paths, now, PLANT_NOISE, traced.channels)
+    inputs = [
+        asm.memory("%state"),
+        asm.memory(torque),
+        noise.__getitem__,
+        asm.memory("%parameters"),
+    ]
+    (after,) = lower(asm, traced.further, inputs)
+    for i, value in enumerate(after):
+        asm.store(value, "%state", i)
+    asm.do("%k_next = add i64 %k, 1")
+    asm.do("br label %substep_head")

@@ -1,0 +1,210 @@
+"""An arm's dynamics as CasADi expressions, proven against Pinocchio when built.
+
+The recursions run over the Arm's own constants, which fold: what remains is the arithmetic that
+this one robot needs. Symbols are `casadi.ArrayInterface` arrays, which follow NumPy's semantics:
+laws written for numbers run on them unchanged.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import casadi as ca
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.errors import TracingError
+from ftcfa.model.arm import FRICTION_VELOCITY, Arm
+from ftcfa.model.recursions import ENTRIES, Body, Chain
+
+AGREEMENT = 1e-9
+"""Largest difference from Pinocchio that is accepted, relative to the largest entry."""
+NEGLIGIBLE = 1e-6
+"""Quantities whose largest entry is below this are compared absolutely [SI units]."""
+CHECKED_STATES = 8
+
+
+def symbols(name: str, *shape: int) -> Array:
+    """A fresh symbolic array, of one dimension or two, that behaves like a NumPy array."""
+    rows, columns = shape if len(shape) == 2 else (1, *shape)
+    return ca.ArrayInterface(ca.SX.sym(name, rows, columns), ndim=len(shape))
+
+
+def column(x: Array) -> ca.SX:
+    """An array of one dimension, of symbols or numbers, as a CasADi column."""
+    return x.to_casadi() if isinstance(x, ca.ArrayInterface) else ca.SX(ca.DM(np.asarray(x)))
+
+
+def array(x: ca.SX, ndim: int) -> Array:
+    """A CasADi column (ndim 1) or matrix (ndim 2) as a NumPy-like array."""
+    return ca.ArrayInterface(ca.densify(x.T if ndim == 1 else x), ndim=ndim)
+
+
+@dataclass(frozen=True, eq=False)
+class TracedArm:
+    """The twin of an Arm: the same methods, on symbols.
+
+    Attributes:
+        joint_names: Names of the coordinates.
+        joint_types: Types of the coordinates.
+        home: A posture to start from, shape (n,).
+        G: Linear part of the coordinate map, shape (N, n).
+        damping: Viscous friction, shape (N,).
+        friction: Coulomb friction, shape (N,).
+        chain: The geometry.
+        bodies: Regrouped inertial parameters of the moving joints' bodies, one after the other,
+            shape (moving ENTRIES,): numbers, or symbols where they are to be inputs.
+        effort_limit: u*, shape (n,) [N m or N], likewise.
+    """
+
+    joint_names: tuple[str, ...]
+    joint_types: tuple[str, ...]
+    home: Array
+    G: Array
+    damping: Array
+    friction: Array
+    chain: Chain
+    bodies: Array
+    effort_limit: Array
+
+    @classmethod
+    def of(cls, arm: Arm) -> "TracedArm":
+        """The twin of an Arm, unchecked."""
+        chain = Chain(arm)
+        return cls(
+            joint_names=arm.joint_names,
+            joint_types=arm.joint_types,
+            home=arm.home,
+            G=arm.G,
+            damping=arm.damping,
+            friction=arm.friction,
+            chain=chain,
+            bodies=chain.regrouping @ arm.inertias.ravel(),
+            effort_limit=arm.effort_limit,
+        )
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.joint_names)
+
+    def prepare_inertias(self, inertias: Array) -> Array:
+        """Inertial parameters as in `Arm.inertias` regrouped, shape (paths, moving ENTRIES)."""
+        return np.einsum("pj,ij->pi", inertias.reshape(len(inertias), -1), self.chain.regrouping)
+
+    def with_inertias(self, bodies: Array) -> "TracedArm":
+        """The same arm with other regrouped inertial parameters, numbers or symbols."""
+        return replace(self, bodies=bodies)
+
+    @cached_property
+    def _inertia(self) -> ca.Function:
+        """Q -> M (n, n), M_qb (n, 6)."""
+        q, G = ca.SX.sym("q", self.n), self.chain.G
+        M, coupling = self.chain.composite_inertia(G @ q + self.chain.g0, self._bodies)
+        return self._function("inertia", [q], [G.T @ M @ G, G.T @ coupling])
+
+    @cached_property
+    def _forces(self) -> ca.Function:
+        """Q, v -> C v + h (n,)."""
+        q, v, G = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), self.chain.G
+        force = self.chain.inverse_dynamics(G @ q + self.chain.g0, G @ v, self._bodies)
+        return self._function("forces", [q, v], [G.T @ force])
+
+    def _function(self, name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
+        return ca.Function(name, [*inputs, self._parameters], outputs, {"cse": True})
+
+    @cached_property
+    def _parameters(self) -> ca.SX:
+        """The symbols of the bodies, as an input of the functions; empty for numbers."""
+        symbolic = isinstance(self.bodies, ca.ArrayInterface)
+        return column(self.bodies) if symbolic else ca.SX(0, 1)
+
+    @cached_property
+    def _bodies(self) -> list[Body]:
+        """The bodies, entries that regrouping always clears being zero."""
+        felt = ca.DM(self.chain.regrouping.any(axis=1).astype(float))
+        rows = ca.reshape(column(self.bodies) * felt, ENTRIES, -1)
+        return [Body.of(rows[:, i]) for i in range(rows.shape[1])]
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M(q), shape (n, n)."""
+        return array(self._inertia(column(q), self._parameters)[0], 2)
+
+    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+        """C(q, v) from Christoffel's symbols, shape (n, n).
+
+        C = (M' + J - J^T)/2,   J = d(M v)/dq,   M' = sum_k dM/dq_k v_k
+        """
+        return array(self._coriolis(column(q), column(v), self._parameters), 2)
+
+    @cached_property
+    def _coriolis(self) -> ca.Function:
+        q, v = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n)
+        M = self._inertia(q, self._parameters)[0]
+        J = ca.jacobian(M @ v, q)
+        rate = ca.reshape(ca.jtimes(ca.vec(M), q, v), self.n, self.n)
+        return self._function("coriolis", [q, v], [(rate + J - J.T) / 2])
+
+    def potential_force(self, q: Array) -> Array:
+        """h(q), shape (n,)."""
+        return array(self._forces(column(q), ca.DM.zeros(self.n), self._parameters), 1)
+
+    def damping_matrix(self, v: Array) -> Array:
+        """D(v), shape (n, n); see `Arm.damping_matrix`."""
+        G = ca.DM(self.G)
+        v_joint = G @ column(v)
+        root = ca.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
+        return array(G.T @ ca.diag(self.damping + self.friction / root) @ G, 2)
+
+    def friction_force(self, v: Array) -> Array:
+        """f(v), shape (n,)."""
+        return self.damping_matrix(v) @ v
+
+    def bias_force(self, q: Array, v: Array) -> Array:
+        """C(q, v) v + h(q) + f(v), shape (n,)."""
+        force = self._forces(column(q), column(v), self._parameters)
+        return array(force, 1) + self.friction_force(v)
+
+    def base_coupling(self, q: Array) -> Array:
+        """M_qb(q), shape (n, 6)."""
+        return array(self._inertia(column(q), self._parameters)[1], 2)
+
+
+_twins: WeakKeyDictionary[Arm, TracedArm] = WeakKeyDictionary()
+
+
+def traced(arm: Arm) -> TracedArm:
+    """The twin of an Arm, checked against Pinocchio at random states.
+
+    Raises:
+        TracingError: If any quantity differs by more than AGREEMENT.
+    """
+    if arm not in _twins:
+        _twins[arm] = _traced_and_checked(arm)
+    return _twins[arm]
+
+
+def _traced_and_checked(arm: Arm) -> TracedArm:
+    twin = TracedArm.of(arm)
+    rng = np.random.default_rng(0)
+    quantities: dict[str, tuple[Callable[..., Array], Callable[..., Array], int]] = {
+        "mass matrix": (arm.mass_matrix, twin.mass_matrix, 1),
+        "bias force": (arm.bias_force, twin.bias_force, 2),
+        "potential force": (arm.potential_force, twin.potential_force, 1),
+        "base coupling": (arm.base_coupling, twin.base_coupling, 1),
+    }
+    for _ in range(CHECKED_STATES):
+        state = (rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n))
+        for name, (number, expression, arguments) in quantities.items():
+            truth = number(*state[:arguments])
+            value = np.asarray(ca.DM(expression(*state[:arguments]))).reshape(truth.shape)
+            error = np.max(np.abs(value - truth)) / max(np.max(np.abs(truth)), NEGLIGIBLE)
+            if not error <= AGREEMENT:
+                raise TracingError(
+                    f"{arm.name}: traced {name}",
+                    f"differs from Pinocchio's by {error:.1e} relative",
+                    f"agreement to {AGREEMENT:g}",
+                    'run it with engine="interpreted" and report this robot',
+                )
+    return twin

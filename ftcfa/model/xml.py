@@ -1,0 +1,186 @@
+"""The XML of a URDF: a file in, out comes what dynamics needs of it, every attribute checked.
+
+The text is parsed with entities, DTDs and the network refused.
+"""
+
+from pathlib import Path
+from textwrap import shorten
+
+import numpy as np
+from lxml import etree
+
+from ftcfa.errors import UrdfError
+
+MAX_BYTES = 32 * 2**20
+MAX_REASON = 160
+"""Characters of the XML parser's complaint that a message quotes."""
+SUPPORTED_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+
+_KEPT = {
+    "link": ("inertial",),
+    "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
+}
+_INERTIA = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)
+_NUMBERS = {  # attributes that must be numbers, with their count
+    "mass": {"value": 1},
+    "inertia": _INERTIA,
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
+    "dynamics": {"damping": 1, "friction": 1},
+    "mimic": {"multiplier": 1, "offset": 1},
+}
+_REQUIRED = {  # attributes that may not be missing where the element occurs
+    "mass": ("value",),
+    "inertia": tuple(_INERTIA),
+    "axis": ("xyz",),
+    "parent": ("link",),
+    "child": ("link",),
+    "mimic": ("joint",),
+}
+
+
+def read_xml(file: Path) -> etree._Element:
+    """The <robot> of a URDF file, cut down to links, joints and their children that count.
+
+    Raises:
+        UrdfError: If the file cannot be read, is not a URDF, or an element lacks what it needs.
+    """
+    root = _cut_down(_parse(file, _read_bytes(file)))
+    _check_elements(file, root)
+    return root
+
+
+def _read_bytes(file: Path) -> bytes:
+    try:
+        with file.expanduser().open("rb") as stream:
+            text = stream.read(MAX_BYTES + 1)
+    except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
+        reason = (getattr(error, "strerror", None) or str(error)).lower().rstrip(".")
+        raise UrdfError(
+            str(file), reason, "a readable URDF file", "check the path and its permissions"
+        ) from error
+    if len(text) > MAX_BYTES:
+        raise UrdfError(
+            str(file),
+            f"more than {MAX_BYTES // 2**20} MiB",
+            "the text of a URDF",
+            "name the URDF itself, not a mesh or an archive",
+        )
+    return text
+
+
+def _parse(file: Path, text: bytes) -> etree._Element:
+    parser = etree.XMLParser(
+        resolve_entities=False, load_dtd=False, no_network=True, remove_comments=True
+    )
+    try:
+        root = etree.fromstring(text, parser)
+    except etree.XMLSyntaxError as error:
+        reason = shorten(error.msg, MAX_REASON)
+        raise UrdfError(
+            str(file), f"not XML ({reason})", "a URDF", "run `check_urdf` or export the file again"
+        ) from error
+    if root.getroottree().docinfo.doctype:
+        raise UrdfError(
+            str(file),
+            "a DOCTYPE, which could expand or include entities",
+            "plain XML",
+            "delete the <!DOCTYPE ...> and write the values out",
+        )
+    if root.tag != "robot":
+        raise UrdfError(
+            str(file),
+            f"the root element is <{root.tag}>",
+            "<robot>",
+            "convert the file to URDF, without a default namespace",
+        )
+    if any("ros.org/wiki/xacro" in str(e.tag) for e in root.iter()):
+        raise UrdfError(
+            str(file), "xacro elements", "plain URDF", "run `xacro FILE > arm.urdf` first"
+        )
+    return root
+
+
+def _cut_down(root: etree._Element) -> etree._Element:
+    """Keep links, joints and those children that dynamics needs; white space counts once."""
+    cut = etree.Element("robot", name=root.get("name", "robot"))
+    for element in root:
+        if element.tag in _KEPT:
+            kept = etree.SubElement(cut, element.tag, dict(element.attrib))
+            kept.extend(child for tag in _KEPT[element.tag] for child in element.findall(tag)[:1])
+    for element in cut.iter(etree.Element):
+        for attribute, value in element.attrib.items():
+            element.set(attribute, " ".join(value.split()))
+    return cut
+
+
+def _check_elements(file: Path, root: etree._Element) -> None:
+    """Every name, reference and number that will be read is there and well formed.
+
+    Numbers are written anew, so that what was checked here is what any other parser reads.
+    """
+    seen: set[tuple[str, str]] = set()
+    for element in root:
+        name = element.get("name")
+        if not name:
+            raise UrdfError(
+                str(file), f"a <{element.tag}> without a name", f'<{element.tag} name="...">'
+            )
+        subject = f"{file}: {element.tag} '{name}'"
+        if (element.tag, name) in seen:
+            raise UrdfError(subject, "the name occurs twice", "unique names", "rename one of them")
+        seen.add((element.tag, name))
+        if element.tag == "joint":
+            _check_joint_element(subject, element)
+        elif (inertial := element.find("inertial")) is not None:
+            for tag in ("mass", "inertia"):
+                if inertial.find(tag) is None:
+                    raise UrdfError(
+                        subject,
+                        f"<inertial> without <{tag}>",
+                        "<mass> and <inertia>",
+                        "add it, or delete the <inertial> of a massless link",
+                    )
+        for part in element.iter(*_NUMBERS, *_REQUIRED):
+            _check_attributes(subject, part)
+
+
+def _check_joint_element(subject: str, joint: etree._Element) -> None:
+    kind = joint.get("type")
+    if kind not in SUPPORTED_TYPES:
+        raise UrdfError(
+            subject,
+            f"joint type '{kind}' is not supported",
+            f"one of {', '.join(SUPPORTED_TYPES)}",
+            "model it with single-axis joints, or make it fixed",
+        )
+    for tag in ("parent", "child"):
+        if joint.find(tag) is None:
+            raise UrdfError(
+                subject, f'no <{tag} link="...">', "a parent and a child link", f"add the <{tag}>"
+            )
+
+
+def _check_attributes(subject: str, part: etree._Element) -> None:
+    for attribute in _REQUIRED.get(part.tag, ()):
+        if part.get(attribute) is None:
+            raise UrdfError(
+                subject, f"<{part.tag}> without '{attribute}'", f'<{part.tag} {attribute}="...">'
+            )
+    for attribute, count in _NUMBERS.get(part.tag, {}).items():
+        text = part.get(attribute)
+        if text is None:
+            continue
+        try:
+            numbers = [float(word) for word in text.split()]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count or not np.all(np.isfinite(numbers)):
+            raise UrdfError(
+                subject,
+                f'<{part.tag} {attribute}="{text[:40]}">',
+                "a finite number" if count == 1 else f"{count} finite numbers",
+                "correct it, or leave an optional attribute out",
+            )
+        part.set(attribute, " ".join(map(repr, numbers)))
