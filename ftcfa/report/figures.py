@@ -1,0 +1,241 @@
+"""Figures of single paths: tracking, torque, errors compared, filters compared.
+
+Built with Matplotlib's objects, never with pyplot: no window, no global state.
+"""
+
+import io
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import MaxNLocator
+
+from ftcfa.arrays import Array
+
+BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
+"""Of Okabe and Ito's palette, told apart by every kind of colour vision."""
+INK, GREY, LIGHT = "#222222", "#6B6B6B", "#BBBBBB"
+DASHED = (0, (4, 3))
+WIDTH = 7.2
+"""Width of every figure [in]."""
+START = 2.0
+"""Length of the close view of the beginning [s]."""
+WINDOW = 0.05
+"""Length of the close view of the filters [s]."""
+
+STYLE: Any = {
+    "font.family": ["DejaVu Sans", "sans-serif"],
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.6,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "lines.linewidth": 1.2,
+    "figure.dpi": 200,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "ftcfa",
+}
+
+
+@mpl.rc_context(STYLE)
+def tracking(path: xr.Dataset, title: str, note: str) -> Figure:
+    """Position q against the reference q_d, joint by joint.
+
+    Args:
+        path: A Dataset of `ftcfa.simulate`.
+        title: Heading.
+        note: What was simulated, below the heading.
+    """
+    figure, axes = _joint_panels(path, title, note)
+    for row, joint in zip(axes, path["joint"].values, strict=True):
+        one = path.sel(joint=joint)
+        for ax in row:
+            ax.plot(one["time"], one["q_d"], color=LIGHT, linewidth=3.2, label="desired $q_d$")
+            ax.plot(one["time"], one["q"], color=BLUE, label="measured $q$")
+        row[0].set_ylabel(f"{joint} [{_unit(one, 'q')}]")
+    figure.legend(*axes[0][0].get_legend_handles_labels(), **_KEY)
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def torque(path: xr.Dataset, limit: Array, title: str, note: str) -> Figure:
+    """Applied torque u with its limits, joint by joint.
+
+    Args:
+        path: A Dataset of `ftcfa.simulate`.
+        limit: u*, shape (n,) [N m or N].
+        title: Heading.
+        note: What was simulated, below the heading.
+    """
+    figure, axes = _joint_panels(path, title, note)
+    for row, joint, bound in zip(axes, path["joint"].values, limit, strict=True):
+        one = path.sel(joint=joint)
+        for ax in row:
+            ax.plot(one["time"], one["u"], color=BLUE, linewidth=0.8)
+        _draw_limits(row, bound, _unit(one, "u"))
+        row[0].set_ylabel(f"{joint} $u$ [{_unit(one, 'u')}]")
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note: str) -> Figure:
+    """Overall tracking error of several controllers, on a linear and on a log axis.
+
+    Args:
+        paths: Datasets of `ftcfa.simulate`, by the controllers' labels; three at most.
+        band: Error below which a path has settled [rad].
+        title: Heading.
+        note: What was simulated, below the heading.
+    """
+    figure = _figure(5.4)
+    linear, log = figure.subplots(2, 1, sharex=True)
+    _head(figure, title, note)
+    for (label, path), color in zip(paths.items(), (BLUE, ORANGE, GREEN), strict=False):
+        time, ote = path["time"].values, path["ote"].values
+        late = ote[len(ote) // 2 :]
+        for ax in (linear, log):
+            ax.plot(time, ote, color=color, linewidth=1.0)
+            ax.set_xlim(0, time[-1])
+            _label_right(ax, _level(late), label, color)
+    for ax in (linear, log):
+        ax.axhline(band, color=INK, linewidth=0.8, linestyle=DASHED)
+        ax.set_ylabel("OTE  $|q - q_d|$  [rad]")
+    linear.set_ylim(bottom=0)
+    linear.annotate(
+        f"settled: below {band:g} rad", (0.99, band), (0, 6), ha="right", fontsize=8, **_AT_DATA
+    )
+    log.set_yscale("log")
+    log.set_xlabel("time [s]")
+    log.xaxis.set_major_locator(_ticks())
+    return figure
+
+
+@mpl.rc_context(STYLE)
+def filters(
+    paths: Mapping[str, xr.Dataset], joint: str, limit: float, title: str, note: str
+) -> Figure:
+    """Error of the command filter and the torque that follows from it, for one joint.
+
+    Args:
+        paths: Datasets with ``alpha`` and ``abar``, by the filters' labels; the roughest first,
+            three at most.
+        joint: The joint to show.
+        limit: Its u* [N m or N].
+        title: Heading.
+        note: What was simulated, below the heading.
+    """
+    figure = _figure(5.0)
+    axes = figure.subplots(2, 2, sharex="col", sharey="row", width_ratios=(1.6, 1))
+    _head(figure, title, note)
+    for (label, path), color in zip(paths.items(), (ORANGE, BLUE, GREEN), strict=False):
+        one = path.sel(joint=joint)
+        time, unit = one["time"].values, _unit(one, "u")
+        error = np.abs(one["abar"].values - one["alpha"].values)
+        for row, values in zip(axes, (error, one["u"].values), strict=True):
+            row[0].plot(time, values, color=color, linewidth=0.5)
+            row[1].plot(time, values, color=color, drawstyle="steps-post")
+        _label_right(axes[0, 1], _level(error), label, color)
+    _draw_limits(axes[1], limit, unit)
+    begin = 0.75 * time[-1]
+    axes[0, 0].set_xlim(0, time[-1])
+    axes[0, 1].set_xlim(begin, begin + WINDOW)
+    axes[0, 0].set_ylim(bottom=-0.01)  # a line at zero stands clear of the axis
+    axes[0, 0].set_ylabel(f"{joint} filter error " r"$|\bar{\alpha} - \alpha|$ [rad/s]")
+    axes[1, 0].set_ylabel(f"{joint} $u$ [{unit}]")
+    _name_columns(axes, "whole run", f"{1e3 * WINDOW:.0f} ms of it")
+    return figure
+
+
+def rendered(figure: Figure) -> dict[str, bytes]:
+    """A figure as the bytes of a PNG and an SVG, by suffix; same figure, same bytes."""
+    files = {}
+    with mpl.rc_context(STYLE):
+        for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=suffix, metadata=metadata)
+            files[suffix] = buffer.getvalue()
+    return files
+
+
+_KEY: dict[str, Any] = {"loc": "upper right", "ncols": 2, "frameon": False}
+_AT_DATA: dict[str, Any] = {
+    "xycoords": ("axes fraction", "data"),
+    "textcoords": "offset points",
+}
+"""Annotate at a height of the data, beside or inside the axes."""
+
+
+def _figure(height: float) -> Figure:
+    return Figure(figsize=(WIDTH, height), layout=ConstrainedLayoutEngine(wspace=0.06))
+
+
+def _joint_panels(path: xr.Dataset, title: str, note: str) -> tuple[Figure, Any]:
+    """A row of axes a joint: the whole run and its beginning; axes of shape (n, 2)."""
+    n, end = path.sizes["joint"], float(path["time"][-1])
+    figure = _figure(1.2 + 1.9 * n)
+    axes = figure.subplots(n, 2, sharex="col", sharey="row", width_ratios=(1.8, 1), squeeze=False)
+    _head(figure, title, note)
+    axes[0, 0].set_xlim(0, end)
+    axes[0, 1].set_xlim(0, min(START, end))
+    _name_columns(axes, "whole run", "the beginning")
+    return figure, axes
+
+
+def _name_columns(axes: Any, *titles: str) -> None:
+    for column, title in zip(axes.T, titles, strict=True):
+        column[0].set_title(title)
+        column[-1].set_xlabel("time [s]")
+        column[-1].xaxis.set_major_locator(_ticks())
+
+
+def _head(figure: Figure, title: str, note: str) -> None:
+    """Heading and note; the heading's empty second line keeps room for the note."""
+    figure.suptitle(f"{title}\n", x=0.01, ha="left", fontsize=11, fontweight="bold")
+    height = figure.get_size_inches()[1]
+    figure.text(0.01, 1 - 0.28 / height, note, fontsize=8.5, color=GREY, va="top")
+
+
+def _ticks() -> MaxNLocator:
+    return MaxNLocator(4, steps=[1, 2, 5, 10])
+
+
+def _level(values: Array) -> float:
+    """Where to label a curve: its root mean square over the time alive."""
+    alive = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(alive**2))) if alive.size else np.nan
+
+
+def _draw_limits(row: Any, bound: float, unit: str) -> None:
+    """u* and -u* as dashed lines, labelled at the right of the row."""
+    for side, label in ((bound, f"$u^*$ = {bound:g} {unit}"), (-bound, f"$-${bound:g} {unit}")):
+        for ax in row:
+            ax.axhline(side, color=INK, linewidth=0.8, linestyle=DASHED)
+        _label_right(row[-1], side, label, INK)
+
+
+def _label_right(ax: Axes, height: float, label: str, color: str) -> None:
+    ax.annotate(label, (1, height), (4, 0), va="center", color=color, fontsize=8, **_AT_DATA)
+
+
+def _unit(path: xr.Dataset, name: str) -> str:
+    """Unit of q or u of one joint."""
+    revolute = {"q": "rad", "u": "N m"}
+    prismatic = {"q": "m", "u": "N"}
+    return (prismatic if path["joint_type"].item() == "prismatic" else revolute)[name]

@@ -1,0 +1,243 @@
+"""The command line as its user meets it: real runs, exit status, what goes to which stream."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from matplotlib.image import imread
+
+from ftcfa.cli import main
+from ftcfa.model.catalogue import catalogue
+from ftcfa.study.reproduction import QUICK_CASES, QUICK_DURATION
+
+FTCFA = [sys.executable, "-c", "from ftcfa.cli import main; main()"]
+BAD_URDF = """<robot name="bad">
+  <link name="base"/>
+  <joint name="turn" type="revolute">
+    <parent link="base"/><child link="forearm"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="5" velocity="1"/>
+  </joint>
+  <link name="forearm"><inertial><mass value="-1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+QUICK_LIMIT = 30.0
+"""Wall clock for a quick look on shared cores; it takes under 10 s on two free ones [s]."""
+
+
+def call(*words: str) -> int:
+    """Run a command in this process; its exit status."""
+    with pytest.raises(SystemExit) as exit_:
+        main(words)
+    return int(exit_.value.code or 0)
+
+
+def run(*words: str, **options) -> subprocess.CompletedProcess[str]:
+    """Run a command as a process of its own."""
+    return subprocess.run([*FTCFA, *words], capture_output=True, text=True, **options)
+
+
+def one_sentence(error: str) -> str:
+    """Standard error: a single line that begins with the program's name."""
+    assert error.startswith("ftcfa: ")
+    assert error.count("\n") == 1
+    assert "Traceback" not in error
+    return error
+
+
+def test_version(capsys) -> None:
+    assert call("--version") == 0
+    assert re.fullmatch(r"ftcfa \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--help"], ["inspect", "reproduce", "--version"]),
+        (["inspect", "--help"], ["--lock", "--effort-limit", "--gravity", "--json", "lists"]),
+        (["reproduce", "--help"], ["--out", "--quick", "--json"]),
+    ],
+)
+def test_help(capsys, monkeypatch, words, expected) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    assert call(*words) == 0
+    text = capsys.readouterr().out
+    assert all(word in text for word in expected)
+
+
+def test_inspect_shows_an_arm(capsys) -> None:
+    assert call("inspect", "panda") == 0
+    shown = capsys.readouterr()
+    for word in ("panda_joint7", "revolute", "87", "-2.356", "16.82 kg", "Mmin, Mmax", "locked"):
+        assert word in shown.out
+    assert shown.err == ""
+
+
+def test_inspect_json_is_one_object_and_nothing_else(capsys) -> None:
+    assert call("inspect", "double_pendulum", "--gravity", "9.8", "--json") == 0
+    shown = capsys.readouterr()
+    record = json.loads(shown.out)
+    assert [joint["effort_limit"] for joint in record["joints"]] == [15.0, 15.0]
+    assert record["source"]["gravity"] == [0.0, 0.0, -9.8]
+    assert record["mass_matrix_bounds"]["Mmin"] > 0
+    assert len(record["warnings"]) == 2
+    assert shown.err == ""
+
+
+def test_inspect_passes_its_options_on(capsys, tmp_path) -> None:
+    package = tmp_path / "my_arm" / "urdf"
+    package.mkdir(parents=True)
+    (package / "arm.urdf").write_bytes(catalogue()["double_pendulum"].path().read_bytes())
+    words = ["inspect", "package://my_arm/urdf/arm.urdf", "--package-dir", str(tmp_path)]
+    assert call(*words, "--lock", "elbow=0.5", "--effort-limit", "7", "--json") == 0
+    record = json.loads(capsys.readouterr().out)
+    assert [joint["name"] for joint in record["joints"]] == ["shoulder"]
+    assert record["joints"][0]["effort_limit"] == 7.0
+    assert record["locked"] == {"elbow": 0.5}
+
+
+def test_inspect_alone_lists_the_arms(capsys) -> None:
+    assert call("inspect") == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in catalogue())
+    assert call("inspect", "--json") == 0
+    assert set(json.loads(capsys.readouterr().out)) == set(catalogue())
+
+
+def test_unknown_robot_lists_the_known_ones(capsys) -> None:
+    assert call("inspect", "pandora") == 2
+    shown = capsys.readouterr()
+    assert "'pandora'" in one_sentence(shown.err)
+    assert all(name in shown.err for name in catalogue())
+    assert shown.out == ""
+
+
+def test_bad_urdf_is_one_sentence_even_as_json(tmp_path) -> None:
+    file = tmp_path / "bad.urdf"
+    file.write_text(BAD_URDF)
+    done = run("inspect", str(file), "--json")
+    assert done.returncode == 2
+    assert "link 'forearm': mass is -1 kg" in one_sentence(done.stderr)
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["no_such.urdf"],
+        ["panda", "--lock", "panda_joint1"],
+        ["panda", "--lock", "=1"],
+        ["panda", "--lock", "panda_joint1=straight"],
+        ["panda", "--lock", "panda_joint1=nan"],
+        ["panda", "--lock", "elbow=0"],
+        ["panda", "--effort-limit", "0"],
+        ["panda", "--gravity", "nan"],
+        ["package://nowhere/arm.urdf"],
+        ["[bold]robot"],
+    ],
+    ids=repr,
+)
+def test_bad_input_is_one_sentence(capsys, words) -> None:
+    assert call("inspect", *words) == 2
+    shown = capsys.readouterr()
+    one_sentence(shown.err)
+    assert shown.out == ""
+
+
+@pytest.mark.parametrize("words", [["inspect", "panda", "--gravity", "down"], ["fly"], ["--fly"]])
+def test_bad_usage(capsys, words) -> None:
+    assert call(*words) == 2
+    assert capsys.readouterr().err
+
+
+def test_output_that_cannot_be_written(capsys, tmp_path) -> None:
+    (tmp_path / "file").write_text("kept")
+    started = time.monotonic()
+    assert call("reproduce", "--out", str(tmp_path / "file" / "out")) == 2
+    assert time.monotonic() - started < 10.0  # before the study, not after it
+    assert "cannot be written" in one_sentence(capsys.readouterr().err)
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+def test_full_standard_output() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*FTCFA, "inspect", "double_pendulum", "--json"],
+            stdout=full, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+    assert done.returncode == 2
+    assert "No space left" in one_sentence(done.stderr)
+
+
+def test_closed_pipe_is_quiet() -> None:
+    process = subprocess.Popen(
+        [*FTCFA, "inspect", "panda"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == ""
+    process.wait()
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory) -> tuple[subprocess.CompletedProcess[str], Path, float]:
+    out = tmp_path_factory.mktemp("reproduce") / "new" / "out"
+    started = time.monotonic()
+    done = run("reproduce", "--quick", "--out", str(out), "--json")
+    return done, out, time.monotonic() - started
+
+
+def test_quick_reproduction_is_done_and_quick(quick) -> None:
+    done, _, took = quick
+    assert done.returncode == 0
+    assert done.stderr == ""  # no progress bar where there is no terminal
+    assert took < QUICK_LIMIT
+
+
+def test_quick_reproduction_says_what_it_did(quick) -> None:
+    done, out, _ = quick
+    record = json.loads(done.stdout)
+    assert record["quick"] is True
+    assert record["duration"] == QUICK_DURATION
+    assert len(record["cases"]) == len(QUICK_CASES)
+    assert record["cases"][0]["rms_ote"] < 0.1 * record["cases"][1]["rms_ote"]
+    files = record.pop("files")
+    assert json.loads((out / "summary.json").read_text()) == record
+    assert sorted(map(Path, files)) == sorted(out.iterdir())  # and no temporary file left
+
+
+def test_quick_reproduction_draws_its_figures(quick) -> None:
+    _, out, _ = quick
+    for name in ("figure-1-1", "figure-1-2", "figure-2", "figure-filter"):
+        assert imread(out / f"{name}.png").std() > 0.05
+        assert (out / f"{name}.svg").read_text().rstrip().endswith("</svg>")
+
+
+def test_table_of_the_quick_reproduction(tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr("ftcfa.study.reproduction.QUICK_DURATION", 0.1)
+    assert call("reproduce", "--quick", "--out", str(tmp_path)) == 0
+    shown = capsys.readouterr()
+    assert f"{len(QUICK_CASES)} of " in shown.out
+    assert "0.1 s of 20 s" in shown.out
+    assert "9 files" in shown.out
+    assert shown.err == ""
+
+
+def test_interrupt_is_clean(tmp_path) -> None:
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        [*FTCFA, "reproduce", "--out", str(out)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while process.poll() is None and not out.exists():
+        time.sleep(0.01)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    text, error = process.communicate(timeout=60)
+    assert (process.returncode, text, error) == (130, "", "")
+    assert not list(out.iterdir())
