@@ -1,11 +1,12 @@
 """The array type of the package and the one linear solve that it needs."""
 
+from numbers import Integral, Real
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.errors import ShapeError
+from ftcfa.errors import ParameterError, ShapeError
 
 Array: TypeAlias = npt.NDArray[np.floating[Any]]
 """Numbers; while a loop is traced, CasADi symbols that behave like them."""
@@ -21,7 +22,41 @@ def solve_spd(A: Array, b: Array) -> Array:
     Returns:
         x, shape (n,).
     """
-    return np.linalg.solve(A, b)
+    if isinstance(A, np.ndarray) and isinstance(b, np.ndarray):
+        return np.linalg.solve(A, b)
+    return _solve_ldl(A, b)
+
+
+def _solve_ldl(A: Array, b: Array) -> Array:
+    """The same for symbols, entry by entry: A = L D L^T, then two substitutions."""
+    n = b.shape[0]
+    L: list[list[Any]] = [[None] * n for _ in range(n)]
+    W: list[list[Any]] = [[None] * n for _ in range(n)]  # W = L D
+    D: list[Any] = []
+    for i in range(n):
+        for j in range(i):
+            W[i][j] = A[i, j] - sum(W[i][k] * L[j][k] for k in range(j))
+            L[i][j] = W[i][j] / D[j]
+        D.append(A[i, i] - sum(W[i][k] * L[i][k] for k in range(i)))
+    x: list[Any] = []
+    for i in range(n):
+        x.append(b[i] - sum(L[i][k] * x[k] for k in range(i)))
+    for i in reversed(range(n)):
+        x[i] = x[i] / D[i] - sum(L[k][i] * x[k] for k in range(i + 1, n))
+    return np.stack(x)
+
+
+def positive(subject: str, value: float, unit: str = "") -> None:
+    """Raise ParameterError unless a value is a finite number above zero."""
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (number and np.isfinite(value) and value > 0):
+        raise ParameterError(subject, repr(value), f"a number > 0 {unit}".rstrip())
+
+
+def counting(subject: str, value: int) -> None:
+    """Raise ParameterError unless a value is an integer >= 1."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 1:
+        raise ParameterError(subject, repr(value), "an integer >= 1")
 
 
 def vector(subject: str, values: npt.ArrayLike, n: int) -> Array:

@@ -39,6 +39,10 @@ class ShapeError(FtcfaError):
     """An array of the wrong shape."""
 
 
+class TracingError(FtcfaError):
+    """Code that cannot be compiled, or that disagrees with Pinocchio when traced."""
+
+
 class UnknownNameError(FtcfaError):
     """A name that is not among the known ones."""
 

@@ -1,0 +1,113 @@
+"""Imports go one way: each layer knows those before it, and some libraries have one home."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import ftcfa
+
+PACKAGE = Path(ftcfa.__file__).parent
+
+LAYERS = (
+    {"errors"},
+    {"arrays"},
+    {"model"},
+    {"vibration", "control"},  # beside each other: neither knows the other
+    {"loop"},
+    {"engine"},
+    {"study"},
+    {"report"},
+    {"experiment"},
+    {"__init__"},  # the public names
+    {"cli", "__main__"},
+)
+HOMES = {"pinocchio": "model.arm", "matplotlib": "report", "plotly": "report"}
+"""Libraries, and the one module or folder that may import each."""
+
+
+def modules(package):
+    """Every module's name below the package, such as ``control.ftcf``, with its file."""
+    for file in sorted(package.rglob("*.py")):
+        yield ".".join(file.relative_to(package).with_suffix("").parts), file
+
+
+def imported(file, package):
+    """Absolute names of the modules that a file imports, wherever in the file it does."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                folder = file.parents[node.level - 1].relative_to(package.parent)
+                base = ".".join([*folder.parts, *filter(None, [base])])
+            names = (f"{base}.{alias.name}" for alias in node.names)
+            yield from names if base == package.name else [base]
+
+
+def layer(part):
+    """Number of the layer of a folder or module of the package, by its name."""
+    return next((i for i, parts in enumerate(LAYERS) if part in parts), None)
+
+
+def wrong_imports(package):
+    """Imports against the order, as (importer, imported)."""
+    parts = {path.stem for path in package.iterdir()}
+    for module, file in modules(package):
+        own = module.split(".")[0]
+        for target in imported(file, package):
+            names = target.split(".")
+            if names[0] == package.name:
+                part = names[1] if names[1:] and names[1] in parts else "__init__"
+                if part != own and layer(part) >= layer(own):
+                    yield module, target
+
+
+def strangers(package):
+    """Imports of libraries away from their homes, as (importer, imported)."""
+    for module, file in modules(package):
+        for target in imported(file, package):
+            home = HOMES.get(target.split(".")[0])
+            if home is not None and not f"{module}.".startswith(f"{home}."):
+                yield module, target
+
+
+def test_every_part_has_its_layer():
+    assert [module for module, _ in modules(PACKAGE) if layer(module.split(".")[0]) is None] == []
+
+
+def test_imports_go_one_way():
+    assert list(wrong_imports(PACKAGE)) == []
+
+
+def test_libraries_stay_at_home():
+    assert list(strangers(PACKAGE)) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "line", "found"),
+    [
+        ("control/law.py", "from ftcfa.vibration.excitation import WhiteNoise", True),
+        ("control/law.py", "import ftcfa.loop.closed_loop", True),
+        ("control/law.py", "def f():\n    from ftcfa import loop", True),
+        ("control/law.py", "from ..loop import closed_loop", True),
+        ("control/law.py", "from ftcfa import simulate", True),
+        ("vibration/noise.py", "from ftcfa.control.protocol import Signals", True),
+        ("errors.py", "from ftcfa.arrays import Array", True),
+        ("model/traced.py", "import pinocchio as pin", True),
+        ("study/plot.py", "from matplotlib import pyplot", True),
+        ("control/law.py", "from ftcfa.control.filters import ImplicitFilter", False),
+        ("control/law.py", "from . import filters", False),
+        ("control/law.py", "from ftcfa.model.arm import Arm", False),
+        ("cli.py", "from ftcfa import simulate", False),
+        ("model/arm.py", "import pinocchio", False),
+        ("report/figures.py", "import matplotlib.pyplot as plt", False),
+    ],
+)
+def test_the_walk_finds_what_it_looks_for(tmp_path, module, line, found):
+    package = tmp_path / "ftcfa"
+    for part in ("model", "vibration", "control", "loop", "engine", "study", "report"):
+        (package / part).mkdir(parents=True)
+    (package / module).write_text(line)
+    assert bool([*wrong_imports(package), *strangers(package)]) == found
