@@ -247,11 +247,12 @@ def test_one_path_is_one_path_and_another_another(loop, engine):
     assert np.all(huge[2:] != again[2:])
 
 
-def test_a_longer_run_continues_a_shorter_one(engine):
+@pytest.mark.parametrize("substeps", [1, 2])
+def test_a_longer_run_continues_a_shorter_one(engine, substeps):
     """Across the engine's own chunks of samples too: 5000 are more than one."""
-    plant = Oscillators(1)
+    vibration = Vibration(Force(1), WhiteNoise(1.0))
     loop = ClosedLoop(
-        plant, Spring(), Constant([0.0]), Vibration(Force(1), WhiteNoise(1.0)), period=1e-3
+        Oscillators(1), Spring(), Constant([0.0]), vibration, period=1e-3, substeps=substeps
     )
     long, short = (simulate(loop, t, engine=engine) for t in (5.0, 4.0))
     xr.testing.assert_equal(long.isel(time=slice(0, 4001)), short)
