@@ -4,11 +4,13 @@ Exit status: 0 done, 2 bad input (one sentence on standard error), 130 interrupt
 """
 
 import json
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 from typing import Annotated, Any
 
 import typer
@@ -21,6 +23,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+_interrupted = Event()
+"""Whether Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -32,16 +37,32 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     from ftcfa.errors import FtcfaError
 
+    before = signal.signal(signal.SIGINT, _interrupt)
     try:
         app(args=None if arguments is None else list(arguments), prog_name="ftcfa")
-    except FtcfaError as error:
+    except (Exception, KeyboardInterrupt) as error:
+        if _interrupted.is_set():
+            sys.exit(130)
+        if not isinstance(error, FtcfaError | OSError):
+            raise
         print(f"ftcfa: {error}", file=sys.stderr)
         sys.exit(2)
-    except OSError as error:
-        print(f"ftcfa: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    finally:
+        signal.signal(signal.SIGINT, before)
+        _interrupted.clear()
+
+
+def _interrupt(*_: Any) -> None:
+    """Answer to Ctrl-C: stop at once."""
+    _interrupted.set()
+    raise KeyboardInterrupt
+
+
+def _interrupt_after_step(*_: Any) -> None:
+    """Answer to Ctrl-C in a step of a progress bar: stop after it; the second time, at once."""
+    if _interrupted.is_set():
+        raise KeyboardInterrupt
+    _interrupted.set()
 
 
 def _print_version(asked: bool) -> None:
@@ -171,18 +192,33 @@ def reproduce(
 
 @contextmanager
 def _progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar on standard error, if that is a terminal; yields what advances it by one."""
+    """A bar on standard error, if that is a terminal; yields what advances it by one.
+
+    Within the block Ctrl-C waits for the end of the step, because CasADi would take the exception
+    for a failure of its own; advancing raises it.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(
-        *columns, TimeElapsedColumn(), console=console, transient=True,
-        disable=not console.is_terminal,
-    ) as progress:  # fmt: skip
-        task = progress.add_task(label, total=total)
-        yield lambda: progress.advance(task)
+    before = signal.signal(signal.SIGINT, _interrupt_after_step)
+    try:
+        with Progress(
+            *columns, TimeElapsedColumn(), console=console, transient=True,
+            disable=not console.is_terminal,
+        ) as progress:  # fmt: skip
+            task = progress.add_task(label, total=total)
+
+            def advance(steps: int = 1) -> None:
+                progress.advance(task, steps)
+                if _interrupted.is_set():
+                    raise KeyboardInterrupt
+
+            advance(0)
+            yield advance
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _locks(words: Sequence[str]) -> dict[str, float]:
