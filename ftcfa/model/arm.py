@@ -126,7 +126,8 @@ class Arm:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in self.__dict__.items() if key != "_data"}
+        kept = self.__dict__.keys() - {"_data", "_free_flyer"}
+        return {key: self.__dict__[key] for key in kept}
 
     def _check_shape(self, symbol: str, x: Array) -> None:
         if np.shape(x) != (self.n,):
@@ -193,6 +194,34 @@ class Arm:
         A = A.reshape(6, -1)  # for a single joint Pinocchio drops the second dimension
         linear, angular = A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]
         return self.G.T @ np.vstack([linear, angular]).T
+
+    def base_rotation_force(self, q: Array, v: Array, omega: Array) -> Array:
+        """Centrifugal and Coriolis load of a turning base, shape (n,) [N m or N].
+
+            c_cent(q; omega, omega) + c_cor(q; omega, v)
+
+        It stands beside C v + h where the base turns with ``omega`` (base axes, shape (3,)
+        [rad/s]); the Coriolis part does no work, v^T c_cor = 0.
+        """
+        motion = np.concatenate([np.zeros(3), omega, self._model_v(v)])
+        still = np.concatenate([np.zeros(6), self._model_v(v)])
+        base = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        at = np.concatenate([base, self._model_q(q)])
+        free, data = self._free_flyer
+        turning = pin.nonLinearEffects(free, data, at, motion)[6:].copy()
+        return self.G.T @ (turning - pin.nonLinearEffects(free, data, at, still)[6:])
+
+    @cached_property
+    def _free_flyer(self) -> tuple[pin.Model, pin.Data]:
+        """The same model on a base that is free to move, without gravity."""
+        free, fixed = pin.Model(), self.model
+        free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
+        for i in range(1, fixed.njoints):
+            parent = fixed.parents[i] + 1
+            free.addJoint(parent, fixed.joints[i], fixed.jointPlacements[i], fixed.names[i])
+            free.appendBodyToJoint(i + 1, fixed.inertias[i], pin.SE3.Identity())
+        free.gravity.linear = np.zeros(3)
+        return free, free.createData()
 
     def perturbed(
         self,

@@ -79,7 +79,10 @@ class Chain:
     def __init__(self, arm: Arm) -> None:
         tree, N = arm.tree(), len(arm.g0)
         moving = [i for i in range(N) if arm.G[i].any()]
-        self.gravity, self.prismatic = tree.gravity, [tree.prismatic[i] for i in moving]
+        self.gravity, self.prismatic = (
+            ca.SX(ca.DM(tree.gravity)),
+            [tree.prismatic[i] for i in moving],
+        )
         self.G, self.g0 = ca.DM(arm.G[moving]), ca.DM(arm.g0[moving])
         turns = [_turn_to_z(axis) for axis in tree.axes]
         placements: list[tuple[int, Array, Array]] = []  # moving ancestor, rotation, translation
@@ -116,11 +119,21 @@ class Chain:
         """The joint frames at coordinates q of the moving joints."""
         return [Frame(i, R, r, q[i], self.prismatic[i]) for i, (R, r) in enumerate(self.placements)]
 
-    def inverse_dynamics(self, q: ca.SX, v: ca.SX, bodies: list[Body]) -> ca.SX:
-        """C v + h of the moving joints: the torque of zero acceleration, by Newton and Euler."""
+    def inverse_dynamics(
+        self, q: ca.SX, v: ca.SX, bodies: list[Body], gravity: ca.SX, omega: ca.SX
+    ) -> ca.SX:
+        """Torque of zero joint acceleration, by Newton and Euler; C v + h where omega is zero.
+
+        Args:
+            q: Coordinates of the moving joints.
+            v: Their velocities.
+            bodies: Their regrouped bodies.
+            gravity: Gravity field, shape (3,) [m/s^2].
+            omega: Angular velocity of the base, shape (3,) [rad/s].
+        """
         z = ca.DM([0, 0, 1])
         frames = self.frames(q)
-        base = (ca.SX(3, 1), ca.SX(3, 1), ca.SX(-ca.DM(self.gravity)))
+        base = (omega, ca.SX(3, 1), -gravity)
         motion: list[tuple[ca.SX, ca.SX, ca.SX]] = []
         wrenches = []
         for frame, p, body in zip(frames, self.parents, bodies, strict=True):

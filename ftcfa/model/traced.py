@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, solve_spd
 from ftcfa.errors import TracingError
 from ftcfa.model.arm import FRICTION_VELOCITY, Arm
 from ftcfa.model.recursions import ENTRIES, Body, Chain
@@ -33,7 +33,9 @@ def symbols(name: str, *shape: int) -> Array:
 
 def column(x: Array) -> ca.SX:
     """An array of one dimension, of symbols or numbers, as a CasADi column."""
-    return x.to_casadi() if isinstance(x, ca.ArrayInterface) else ca.SX(ca.DM(np.asarray(x)))
+    return (
+        ca.vec(x.to_casadi()) if isinstance(x, ca.ArrayInterface) else ca.SX(ca.DM(np.asarray(x)))
+    )
 
 
 def array(x: ca.SX, ndim: int) -> Array:
@@ -49,6 +51,9 @@ class TracedArm:
         joint_names: Names of the coordinates.
         joint_types: Types of the coordinates.
         home: A posture to start from, shape (n,).
+        lower: Lower joint limits, shape (n,).
+        upper: Upper joint limits, shape (n,).
+        velocity_limit: Shape (n,).
         G: Linear part of the coordinate map, shape (N, n).
         damping: Viscous friction, shape (N,).
         friction: Coulomb friction, shape (N,).
@@ -61,6 +66,9 @@ class TracedArm:
     joint_names: tuple[str, ...]
     joint_types: tuple[str, ...]
     home: Array
+    lower: Array
+    upper: Array
+    velocity_limit: Array
     G: Array
     damping: Array
     friction: Array
@@ -76,6 +84,9 @@ class TracedArm:
             joint_names=arm.joint_names,
             joint_types=arm.joint_types,
             home=arm.home,
+            lower=arm.lower,
+            upper=arm.upper,
+            velocity_limit=arm.velocity_limit,
             G=arm.G,
             damping=arm.damping,
             friction=arm.friction,
@@ -91,7 +102,9 @@ class TracedArm:
 
     def prepare_inertias(self, inertias: Array) -> Array:
         """Inertial parameters as in `Arm.inertias` regrouped, shape (paths, moving ENTRIES)."""
-        return np.einsum("pj,ij->pi", inertias.reshape(len(inertias), -1), self.chain.regrouping)
+        regrouping = self.chain.regrouping
+        rows = inertias.reshape(len(inertias), regrouping.shape[1])
+        return np.einsum("pj,ij->pi", rows, regrouping)
 
     def with_inertias(self, bodies: Array) -> "TracedArm":
         """The same arm with other regrouped inertial parameters, numbers or symbols."""
@@ -108,8 +121,23 @@ class TracedArm:
     def _forces(self) -> ca.Function:
         """Q, v -> C v + h (n,)."""
         q, v, G = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), self.chain.G
-        force = self.chain.inverse_dynamics(G @ q + self.chain.g0, G @ v, self._bodies)
+        force = self.chain.inverse_dynamics(
+            G @ q + self.chain.g0, G @ v, self._bodies, self.chain.gravity, ca.SX(3, 1)
+        )
         return self._function("forces", [q, v], [G.T @ force])
+
+    @cached_property
+    def _rotation_forces(self) -> ca.Function:
+        """Q, v, omega -> c_cent + c_cor (n,)."""
+        q, v, omega = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), ca.SX.sym("omega", 3)
+        chain, G = self.chain, self.chain.G
+
+        def force(w: ca.SX) -> ca.SX:
+            at = G @ q + chain.g0
+            return chain.inverse_dynamics(at, G @ v, self._bodies, ca.SX(3, 1), w)
+
+        difference = force(omega) - force(ca.SX(3, 1))
+        return self._function("rotation_forces", [q, v, omega], [G.T @ difference])
 
     def _function(self, name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
         return ca.Function(name, [*inputs, self._parameters], outputs, {"cse": True})
@@ -155,7 +183,7 @@ class TracedArm:
         G = ca.DM(self.G)
         v_joint = G @ column(v)
         root = ca.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
-        return array(G.T @ ca.diag(self.damping + self.friction / root) @ G, 2)
+        return array(G.T @ ca.diag(column(self.damping) + column(self.friction) / root) @ G, 2)
 
     def friction_force(self, v: Array) -> Array:
         """f(v), shape (n,)."""
@@ -165,6 +193,16 @@ class TracedArm:
         """C(q, v) v + h(q) + f(v), shape (n,)."""
         force = self._forces(column(q), column(v), self._parameters)
         return array(force, 1) + self.friction_force(v)
+
+    def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
+        """M^-1 (tau - C v - h - f), shape (n,)."""
+        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+
+    def base_rotation_force(self, q: Array, v: Array, omega: Array) -> Array:
+        """c_cent + c_cor of a turning base, shape (n,); see `Arm.base_rotation_force`."""
+        return array(
+            self._rotation_forces(column(q), column(v), column(omega), self._parameters), 1
+        )
 
     def base_coupling(self, q: Array) -> Array:
         """M_qb(q), shape (n, 6)."""
@@ -193,9 +231,14 @@ def _traced_and_checked(arm: Arm) -> TracedArm:
         "bias force": (arm.bias_force, twin.bias_force, 2),
         "potential force": (arm.potential_force, twin.potential_force, 1),
         "base coupling": (arm.base_coupling, twin.base_coupling, 1),
+        "base rotation force": (arm.base_rotation_force, twin.base_rotation_force, 3),
     }
     for _ in range(CHECKED_STATES):
-        state = (rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n))
+        state = (
+            rng.uniform(-np.pi, np.pi, arm.n),
+            rng.standard_normal(arm.n),
+            rng.standard_normal(3),
+        )
         for name, (number, expression, arguments) in quantities.items():
             truth = number(*state[:arguments])
             value = np.asarray(ca.DM(expression(*state[:arguments]))).reshape(truth.shape)
