@@ -27,7 +27,6 @@ class Assembly:
         self.words = f"<{self.lanes} x i64>"
         self.mask = f"<{self.lanes} x i1>"
         self._count = 0
-        self._constants: dict[float, str] = {}
         self._reciprocals: dict[str, str] = {}
 
     def emit(self, expression: str) -> str:
@@ -51,10 +50,7 @@ class Assembly:
 
     def constant(self, value: float) -> str:
         """A double in every lane."""
-        if value not in self._constants:
-            bits = struct.unpack(">Q", struct.pack(">d", value))[0]
-            self._constants[value] = self.splat("double", f"0x{bits:016X}")
-        return self._constants[value]
+        return self.splat("double", f"0x{struct.pack('>d', value).hex().upper()}")
 
     def word(self, value: int) -> str:
         """A 64-bit word in every lane."""
@@ -88,7 +84,11 @@ class Assembly:
         return self.emit(f"{operation} contract {self.vector} {x}, {y}")
 
     def reciprocal(self, x: str) -> str:
-        """1/x, computed once: division is the slowest arithmetic, and divisors recur."""
+        """1/x, computed once: division is the slowest arithmetic, and divisors recur.
+
+        A quotient x (1/y) is within two ulp of x/y unless 1/y leaves the normal numbers, that is
+        unless |y| is below 1e-308 or above 1e307.
+        """
         if x not in self._reciprocals:
             self._reciprocals[x] = self.arithmetic("fdiv", self.constant(1.0), x)
         return self._reciprocals[x]

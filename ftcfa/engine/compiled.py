@@ -18,7 +18,7 @@ from ftcfa.loop.closed_loop import ClosedLoop
 
 CACHE_LINE = 64
 TICKS_PER_CALL = 2048
-"""Ticks between two looks at whether to stop: some 20 ms of a block."""
+"""Ticks of one integration step each between two looks at whether to stop: some 20 ms."""
 
 
 def run_compiled(
@@ -58,6 +58,7 @@ def run_compiled(
         program=program,
         seed=np.uint64(seed).astype(np.int64).item(),
         samples=samples,
+        ticks=max(1, TICKS_PER_CALL // loop.substeps),
         record_every=record_every,
         desired=_desired_rows(loop, samples),
         paths=_padded(paths, program.lanes),
@@ -78,6 +79,7 @@ class _Work:
     program: Program
     seed: int
     samples: int
+    ticks: int  # a call
     record_every: int
     desired: Array  # (samples, 3 n)
     paths: np.ndarray  # (blocks, lanes)
@@ -92,7 +94,7 @@ class _Work:
         parameters, paths, death = self.parameters[b], self.paths[b], self.death[b]
         record = self.record[b * program.lanes :]
         program.init(state.ctypes.data, parameters.ctypes.data, self.desired.ctypes.data)
-        for tick in range(0, self.samples, TICKS_PER_CALL):
+        for tick in range(0, self.samples, self.ticks):
             if stop.is_set():
                 return
             program.run(
@@ -102,7 +104,7 @@ class _Work:
                 paths.ctypes.data,
                 self.seed,
                 tick,
-                min(TICKS_PER_CALL, self.samples - tick),
+                min(self.ticks, self.samples - tick),
                 self.record_every,
                 record.ctypes.data,
                 record[0].size,
@@ -113,17 +115,23 @@ class _Work:
 def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
     """All blocks, on threads; an interrupt stops them within a call."""
     threads = len(os.sched_getaffinity(0)) if threads is None else threads
-    stop = Event()
+    stop, queue = Event(), iter(range(blocks))
+
+    def serve() -> None:
+        for b in queue:  # threads share it: each takes the next block when it is free
+            if stop.is_set():
+                return
+            work.block(b, stop)
+
     with ThreadPoolExecutor(max_workers=threads) as pool:
         try:
-            pending = {pool.submit(work.block, b, stop) for b in range(blocks)}
+            pending = {pool.submit(serve) for _ in range(min(threads, blocks))}
             while pending:
                 done, pending = wait(pending, timeout=0.2, return_when=FIRST_EXCEPTION)
                 for future in done:
                     future.result()
         except BaseException:
             stop.set()
-            pool.shutdown(cancel_futures=True)
             raise
 
 
@@ -143,7 +151,9 @@ def _padded(rows: np.ndarray, lanes: int) -> np.ndarray:
 def _parameters(traced: TracedLoop, varied: Mapping[str, Array], paths: int, lanes: int) -> Array:
     """Parameters in the order of the traced code, a path a lane: (blocks, entries, lanes)."""
     rows: list[Array] = [np.zeros((paths, 0))]
-    rows += [prepare(varied[name]).reshape(paths, -1) for name, prepare in traced.preparations]
+    for name, prepare in traced.preparations:
+        values = prepare(varied[name])
+        rows.append(values.reshape(paths, int(np.prod(values.shape[1:]))))
     blocks = _padded(np.concatenate(rows, axis=1), lanes)  # (blocks, lanes, entries)
     return _aligned(blocks.transpose(0, 2, 1))
 

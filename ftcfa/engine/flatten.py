@@ -9,10 +9,10 @@ from ftcfa.arrays import Array
 
 
 def leaves(tree: Any) -> list[Array]:
-    """The arrays of nested tuples, left to right."""
+    """The arrays of nested tuples, left to right; None holds none."""
     if isinstance(tree, tuple):
         return [leaf for branch in tree for leaf in leaves(branch)]
-    return [tree]
+    return [] if tree is None else [tree]
 
 
 def like(template: Any, arrays: Iterator[Array]) -> Any:
@@ -21,7 +21,13 @@ def like(template: Any, arrays: Iterator[Array]) -> Any:
         branches = [like(branch, arrays) for branch in template]
         named = hasattr(template, "_fields")
         return type(template)(*branches) if named else tuple(branches)
-    return next(arrays)
+    return None if template is None else next(arrays)
+
+
+def flat(tree: Any) -> Array:
+    """All numbers of nested tuples, row by row, in one vector."""
+    rows = [np.ravel(np.asarray(leaf, dtype=float)) for leaf in leaves(tree)]
+    return np.concatenate([*rows, np.zeros(0)])
 
 
 def size(array: Array) -> int:

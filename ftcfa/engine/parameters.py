@@ -6,6 +6,7 @@ Any number or array that a part of the loop holds can differ from path to path.
 import copy
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
+from functools import cached_property
 from types import FunctionType, ModuleType
 from typing import Any, cast
 
@@ -13,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.errors import ParameterError, ShapeError, TracingError, UnknownNameError
 
-SHARED = ("period", "substeps")
+SHARED = ("period", "substeps", "reference")
 """What all paths of a run have in common."""
 
 
@@ -30,12 +31,20 @@ def parameter(part: Any, name: str) -> Array:
     for word in name.split("."):
         if not hasattr(value, word) or word.startswith("_"):
             raise UnknownNameError(f"parameter {name}: {seen or 'loop'}", word, _names(value))
-        value, seen = getattr(value, word), word
+        owner, value, seen = value, getattr(value, word), word
+    if value is None or not _is_held(owner, word):
+        raise ParameterError(
+            f"parameter {name}",
+            "not given" if value is None else "computed from others",
+            "numbers that can be replaced",
+            f"{type(owner).__name__} has {', '.join(_names(owner))}",
+        )
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
+        inside = ", ".join(f"{name}.{word}" for word in _names(value))
         raise ParameterError(
-            f"parameter {name}", f"a {type(value).__name__}", f"numbers; it has {_names(value)}"
+            f"parameter {name}", f"a {type(value).__name__}", "numbers", inside and f"try {inside}"
         ) from error
 
 
@@ -49,9 +58,9 @@ def checked_values(part: Any, vary: Mapping[str, npt.ArrayLike], paths: int) -> 
     """
     checked = {}
     for name, given in vary.items():
-        if name in SHARED:
+        if name.split(".")[0] in SHARED:
             raise ParameterError(
-                f"varied {name}", "a sampling time", "another parameter", "make a loop for each"
+                f"varied {name}", "common to all paths", "another parameter", "make a loop for each"
             )
         shape = (paths, *parameter(part, name).shape)
         try:
@@ -66,11 +75,12 @@ def checked_values(part: Any, vary: Mapping[str, npt.ArrayLike], paths: int) -> 
         owner = part
         for above in owners:
             owner = getattr(owner, above)
+            _check_derived(name, owner)
         if values.ndim == 1 and paths and is_dataclass(owner):
             for extreme in (values.min(), values.max()):
                 replace(cast(Any, owner), **{word: float(extreme)})
         checked[name] = values
-    return checked
+    return dict(sorted(checked.items(), key=lambda item: _place(part, item[0])))
 
 
 def with_parameter(part: Any, name: str, value: Any) -> Any:
@@ -87,49 +97,97 @@ def preparation(part: Any, name: str) -> Callable[[Array], Array]:
     """What turns values of a parameter, shape (paths, ...), into what the part computes with.
 
     A part that computes with something else than ``word`` says so by ``prepare_word``.
+
+    Raises:
+        TracingError: If the part, a twin of the loop's own, knows nothing of that name.
     """
     *owners, word = name.split(".")
     for owner in owners:
         part = getattr(part, owner)
+    if not _is_held(part, word):
+        raise TracingError(
+            f"parameter {name}", "a constant of compiled code", "", 'use engine="interpreted"'
+        )
     return getattr(part, f"prepare_{word}", lambda values: values)
 
 
-def replace_parts(part: Any, swap: Callable[[Any], Any]) -> Any:
+def replace_parts(part: Any, swap: Callable[[Any], Any], above: tuple[int, ...] = ()) -> Any:
     """A copy of a part in which every object for which ``swap`` gives another is replaced."""
     swapped = swap(part)
-    if swapped is not part:
+    if swapped is not part or id(part) in above:  # parts may hold each other
         return swapped
-    if not _has_parts(part):
-        return part
+
+    def inner(value: Any) -> Any:
+        return replace_parts(value, swap, (*above, id(part)))
+
+    if type(part) in (list, tuple):
+        changed = [inner(value) for value in part]
+        same = all(new is old for new, old in zip(changed, part, strict=True))
+        return part if same else type(part)(changed)
     for word, value in _attributes(part).items():
-        changed = replace_parts(value, swap)
+        changed = inner(value)
         if changed is not value:
             part = _with_attribute(part, word, changed)
     return part
 
 
-def _has_parts(part: Any) -> bool:
-    opaque = type | ModuleType | FunctionType | np.ndarray
-    return hasattr(part, "__dict__") and not isinstance(part, opaque)
+def _check_derived(name: str, owner: Any) -> None:
+    """Refuse to vary what a dataclass may have computed other things from when it was made."""
+    derived = getattr(owner, "__dict__", {}).keys() - _attributes(owner).keys() - _cached(owner)
+    if derived:
+        raise ParameterError(
+            f"varied {name}",
+            f"{type(owner).__name__} computed {', '.join(sorted(derived))} when it was made",
+            "a part that computes when asked",
+            "make it a cached_property, or make a loop for each value",
+        )
+
+
+def _is_held(owner: Any, word: str) -> bool:
+    """Whether a value can be replaced; others follow from those that the owner holds."""
+    return word in {*_attributes(owner), *_cached(owner)} or hasattr(owner, f"with_{word}")
+
+
+def _place(part: Any, name: str) -> tuple[bool, int]:
+    """Where a parameter stands in the order of replacement.
+
+    What stands in for a value that its part computes comes last, from the inside out: a part
+    forgets such values when anything in it changes.
+    """
+    *owners, word = name.split(".")
+    for owner in owners:
+        part = getattr(part, owner)
+    return word not in _attributes(part), -len(owners)
 
 
 def _attributes(part: Any) -> dict[str, Any]:
+    """What a part holds, by name."""
+    if isinstance(part, type | ModuleType | FunctionType | np.ndarray):
+        return {}
     if is_dataclass(part):
         return {field.name: getattr(part, field.name) for field in fields(part)}
-    return dict(vars(part))
+    if hasattr(part, "_asdict"):
+        return part._asdict()
+    inside = getattr(part, "__dict__", {})
+    return {word: inside[word] for word in inside.keys() - _cached(part)}
+
+
+def _cached(part: Any) -> set[str]:
+    """Names of what a part computes from what it holds, once."""
+    classes = type(part).__mro__
+    return {k for c in classes for k, v in vars(c).items() if isinstance(v, cached_property)}
 
 
 def _with_attribute(part: Any, word: str, value: Any) -> Any:
     """A shallow copy with one attribute set; what was cached from the others is forgotten."""
+    if hasattr(part, "_replace"):
+        return part._replace(**{word: value})
     changed = copy.copy(part)
-    if is_dataclass(part):
-        kept = {field.name for field in fields(part)}
-        for cached in vars(changed).keys() - kept:
-            vars(changed).pop(cached)
-    vars(changed)[word] = value
+    for cached in _cached(part):
+        getattr(changed, "__dict__", {}).pop(cached, None)
+    object.__setattr__(changed, word, value)
     return changed
 
 
 def _names(part: Any) -> list[str]:
-    names = {*_attributes(part)} if _has_parts(part) else set()
-    return sorted(name for name in names if not name.startswith("_"))
+    return sorted(name for name in _attributes(part) if not name.startswith("_"))

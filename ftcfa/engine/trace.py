@@ -1,8 +1,11 @@
 """Trace a closed loop: its own Python functions, run once on symbols, become straight-line code."""
 
+import threading
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -11,7 +14,16 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired
-from ftcfa.engine.flatten import leaves, like, size
+from ftcfa.engine.agreement import (
+    DISTURBANCE,
+    MEMORY,
+    MOTION,
+    START,
+    Sample,
+    check_agreement,
+    check_pure,
+)
+from ftcfa.engine.flatten import flat, leaves, like, size
 from ftcfa.engine.parameters import parameter, preparation, replace_parts, with_parameter
 from ftcfa.errors import TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
@@ -55,7 +67,7 @@ class TracedLoop:
 
 
 def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) -> TracedLoop:
-    """Trace a loop.
+    """Trace a loop, or find its code among those traced before if it still agrees.
 
     Args:
         loop: The closed loop.
@@ -63,39 +75,114 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
         varied: Parameters that are inputs of the code; all others are constants of it.
 
     Raises:
-        TracingError: If a law cannot be traced; it names the line and the reason.
+        TracingError: If a law cannot be traced, it names the line and the reason; or if the code
+            gives other numbers than the loop itself.
     """
-    known = _traced.setdefault(loop, {})
     key = (tuple(names), tuple(varied))
-    if key not in known:
-        known[key] = _trace_anew(loop, names, varied)
-    return known[key]
+    with _lock:
+        known = _traced.setdefault(loop, {})
+        code = known.pop(key, None)
+        try:
+            if code is None or not _agrees(loop, code):
+                check_pure(loop)  # before symbols can get into a state that a law hides
+                code = _trace_anew(loop, names, varied)
+                _prove(loop, code)
+        except TracingError:
+            raise
+        except Exception as error:
+            raise _not_traceable(error) from error
+        known[key] = code
+        return code
 
 
 _traced: WeakKeyDictionary[ClosedLoop, dict[Any, TracedLoop]] = WeakKeyDictionary()
+_lock = threading.RLock()
 
 
 def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -> TracedLoop:
     desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
     template = loop.init(desired)
     shapes = loop.signal_shapes()
-    try:
-        twin = replace_parts(loop, _twin)
-        inputs, preparations = [], []
-        for i, name in enumerate(varied):
-            value = parameter(loop, name)
-            prepare = preparation(twin, name)
-            prepared = prepare(value[None])[0]
-            symbol = symbols(f"p{i}", max(1, size(prepared)))
-            twin = with_parameter(twin, name, symbol.reshape(np.shape(prepared)))
-            inputs.append(symbol)
-            preparations.append((name, prepare))
+    twin = replace_parts(loop, _twin)
+    inputs, preparations = [], []
+    for i, name in enumerate(varied):
+        value = parameter(loop, name)
+        prepare = preparation(twin, name)
+        prepared = prepare(value[None])[0]
+        symbol = symbols(f"p{i}", max(1, size(prepared)))
+        twin = with_parameter(twin, name, symbol.reshape(np.shape(prepared)))
+        inputs.append(symbol)
+        preparations.append((name, prepare))
+    with _symbols_without_value():
         code = _trace(twin, template, {name: shapes[name] for name in names}, inputs)
-        return replace(code, preparations=tuple(preparations))
-    except TracingError:
-        raise
-    except Exception as error:
-        raise _not_traceable(error) from error
+    return replace(code, preparations=tuple(preparations))
+
+
+def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
+    """Whether code is still that of a loop, whose laws may have been given other gains."""
+    try:
+        _prove(loop, code)
+    except Exception:  # other numbers, or states of another size
+        return False
+    return True
+
+
+def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
+    """Compare code with the loop, its parameters a little changed.
+
+    Raises:
+        TracingError: If they differ.
+    """
+    rng = np.random.default_rng(0)
+    columns: list[Array] = [np.zeros(0)]
+    for name, prepare in code.preparations:
+        value = parameter(loop, name)
+        value = value * (1.0 + DISTURBANCE * rng.standard_normal(value.shape))
+        loop = with_parameter(loop, name, value)
+        columns.append(prepare(value[None]).ravel())
+    parameters = np.concatenate(columns)
+
+    def by_code(sample: Sample) -> Iterator[tuple[str, Array]]:
+        q, v = sample.state[:2]
+        desired, n = flat(sample.desired), loop.arm.n
+        if START in sample.results:
+            yield START, _numbers(code.init(desired, parameters))
+        first = code.first(flat(sample.state), desired, sample.normals, parameters)
+        after, signals, u, _ = map(_numbers, first)
+        start = 0
+        for name, shape in code.signals:
+            end = start + int(np.prod(shape))
+            yield name, signals[start:end]
+            start = end
+        yield "u", u
+        yield MEMORY, after[2 * n :]
+        yield MOTION, after[: 2 * n]
+        if code.further is not None:
+            further = code.further(flat((q, v)), u, sample.normals, parameters)
+            yield MOTION, _numbers(further)
+
+    check_agreement(loop, by_code)
+
+
+def _numbers(column: ca.DM) -> Array:
+    return np.asarray(column).ravel()
+
+
+@contextmanager
+def _symbols_without_value() -> Iterator[None]:
+    """The float of a symbol is an error, not CasADi's NaN: math.sin(q) must not pass unseen."""
+    convert = ca.ArrayInterface.__float__
+
+    def refuse(value: ca.ArrayInterface) -> float:
+        if not value.to_casadi().is_constant():
+            raise TypeError("a symbol has no value; functions of the math module need one")
+        return convert(value)
+
+    ca.ArrayInterface.__float__ = refuse
+    try:
+        yield
+    finally:
+        ca.ArrayInterface.__float__ = convert
 
 
 def _trace(
@@ -110,6 +197,7 @@ def _trace(
     signals, controller = loop.control(state, desired)
     q, v = loop.advance(state.q, state.v, signals["u"], normals)
     after = LoopState(q, v, controller)
+    _check_sizes(loop, template, after)
     kept = [signals[name] for name in shapes]
     first = _function(
         "first",
@@ -153,15 +241,31 @@ def _function(name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Functi
     return ca.Function(name, inputs, outputs, {"cse": True})
 
 
+def _check_sizes(loop: ClosedLoop, before: LoopState, after: LoopState) -> None:
+    sizes = [sum(size(leaf) for leaf in leaves(state)) for state in (before, after)]
+    if sizes[0] != sizes[1]:
+        raise TracingError(
+            f"state of {type(loop.controller).__name__}",
+            f"{sizes[0]} numbers from init, {sizes[1]} from step (q and v among them)",
+            "as many",
+            "let init return a state of full size",
+        )
+
+
 def _not_traceable(error: Exception) -> TracingError:
-    """The user's line at which tracing failed: the last one outside CasADi and NumPy."""
+    """The line at which tracing failed: the user's last one, else ours."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [f for f in frames if "casadi" not in f.filename and "numpy" not in f.filename]
-    where = own[-1] if own else frames[-1]
+    ours = [f for f in frames if not f.filename.startswith(_LIBRARIES)]
+    users = [f for f in ours if not f.filename.startswith(_PACKAGE)]
+    where = (users or ours or frames)[-1]
     reason = (str(error) or "no reason given").splitlines()[0]
     return TracingError(
         f"{where.filename}, line {where.lineno}: {where.line}",
         f"cannot be traced ({type(error).__name__}: {reason})",
         "NumPy expressions without branches on values",
-        "use np.where instead of if, and NumPy instead of math",
+        "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math",
     )
+
+
+_PACKAGE = str(Path(__file__).parents[1])
+_LIBRARIES = tuple(str(Path(str(library.__file__)).parent) for library in (ca, np, threading))

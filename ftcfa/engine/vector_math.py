@@ -5,7 +5,6 @@ missing, each lane calls libm.
 """
 
 import ctypes
-import ctypes.util
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -66,7 +65,10 @@ def _libmvec() -> ctypes.CDLL | None:
 
 @cache
 def _libm() -> ctypes.CDLL:
-    return ctypes.CDLL(ctypes.util.find_library("m"))
+    try:
+        return ctypes.CDLL("libm.so.6")
+    except OSError:
+        return ctypes.CDLL(None)  # elsewhere it is part of the C library
 
 
 def bind(symbol: str) -> None:

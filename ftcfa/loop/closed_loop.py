@@ -105,8 +105,9 @@ class ClosedLoop:
         q, v = state.q, state.v
         signals, controller = self.controller.step(state.controller, q, v, desired, self.period)
         command = signals["u"]
-        if np.shape(command) != np.shape(q):
-            raise ShapeError("u of the controller", f"shape {np.shape(command)}", f"{np.shape(q)}")
+        shape = command.shape if hasattr(command, "shape") else np.shape(command)
+        if shape != q.shape:
+            raise ShapeError("u of the controller", f"shape {shape}", f"{q.shape}")
         limit = self.arm.effort_limit
         u = np.clip(command, -limit, limit)
         measured = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
