@@ -1,0 +1,230 @@
+"""Shaping filters: coloured noise as the output of a linear system driven by white noise."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import block_diag, expm, matrix_balance, solve_continuous_lyapunov
+
+from ftcfa.arrays import Array, positive
+from ftcfa.errors import ParameterError, ShapeError
+
+FIRST_STEP = 0.25
+"""Norm of A times the step at which the matrix exponential is taken; the rest is doubling."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledFilter:
+    """A shaping filter over steps of one length: exact in law at the ends of the steps.
+
+        Y_k     = C x_k + D n_k,        Y_k: integral of y over step k
+        x_{k+1} = A x_k + B n_k,        n_k: independent standard normals
+        x_0     = root n
+
+    Attributes:
+        step: h [s].
+        A: Shape (n, n).
+        B: Shape (n, r).
+        C: Shape (p, n).
+        D: Shape (p, r).
+        root: A root of the stationary covariance of x, shape (n, n): x_0 = root n is stationary.
+    """
+
+    step: float
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    root: Array
+
+    @property
+    def normals(self) -> int:
+        """r, the number of standard normal deviates a step."""
+        return int(self.B.shape[1])
+
+    def covariance(self, lag: int) -> Array:
+        """E[Y_{k+lag} Y_k^T] of the stationary sequence, lag >= 0, shape (p, p)."""
+        P = self.root @ self.root.T
+        if lag == 0:
+            return self.C @ P @ self.C.T + self.D @ self.D.T
+        cross = self.A @ P @ self.C.T + self.B @ self.D.T  # E[x_{k+1} Y_k^T], (n, p)
+        return self.C @ np.linalg.matrix_power(self.A, lag - 1) @ cross
+
+
+@dataclass(frozen=True, eq=False)
+class LinearFilter:
+    """A stable, strictly proper linear system driven by white noise of unit intensity.
+
+        dx = A x dt + B dW,   y = C x
+
+    Its one-sided spectral density per Hz is 2 H H^*, H(f) = C (2 pi i f - A)^-1 B.
+
+    Attributes:
+        A: Shape (n, n); all eigenvalues have a negative real part [1/s].
+        B: Shape (n, m).
+        C: Shape (p, n).
+
+    Raises:
+        ShapeError: If the shapes do not fit.
+        ParameterError: If an entry is not finite, or A is not stable.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+
+    def __post_init__(self) -> None:
+        for name in ("A", "B", "C"):
+            try:
+                matrix = np.array(getattr(self, name), dtype=float)
+            except (TypeError, ValueError) as error:
+                got = repr(getattr(self, name))
+                raise ParameterError(f"LinearFilter {name}", got, "a matrix of numbers") from error
+            if not np.all(np.isfinite(matrix)):
+                raise ParameterError(f"LinearFilter {name}", f"{matrix.tolist()}", "finite numbers")
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+        shapes = [self.A.shape, self.B.shape, self.C.shape]
+        n = len(self.A) if self.A.ndim == 2 else 0
+        fits = n > 0 and self.A.shape == (n, n) and self.B.ndim == self.C.ndim == 2
+        if not fits or self.B.shape[0] != n or self.C.shape[1] != n:
+            text = ", ".join(map(str, shapes))
+            raise ShapeError("LinearFilter A, B, C", f"shapes {text}", "(n, n), (n, m), (p, n)")
+        worst = float(np.linalg.eigvals(self.A).real.max())
+        if worst >= 0:
+            raise ParameterError(
+                "LinearFilter A",
+                f"an eigenvalue of real part {worst:.3g}",
+                "all real parts < 0",
+                "only a stable filter has a stationary state",
+            )
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return len(self.A)
+
+    @property
+    def inputs(self) -> int:
+        """m, the number of inputs."""
+        return int(self.B.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """p, the number of outputs."""
+        return len(self.C)
+
+    def response(self, f: npt.ArrayLike) -> npt.NDArray[np.complex128]:
+        """H(f), shape (F, p, m) for f of shape (F,) [Hz]."""
+        s = 2j * np.pi * np.atleast_1d(np.asarray(f, dtype=float))
+        resolvent = s[:, None, None] * np.eye(self.order) - self.A
+        return self.C @ np.linalg.solve(resolvent, np.broadcast_to(self.B, (len(s), *self.B.shape)))
+
+    def density(self, f: npt.ArrayLike) -> Array:
+        """One-sided spectral density of each output per Hz, shape (F, p) for f of shape (F,)."""
+        return 2.0 * np.sum(np.abs(self.response(f)) ** 2, axis=2)
+
+    def covariance(self) -> Array:
+        """Stationary covariance P of the state: A P + P A^T + B B^T = 0, shape (n, n)."""
+        return self._covariance.copy()
+
+    def rms(self) -> Array:
+        """Stationary standard deviation of each output, shape (p,)."""
+        return np.sqrt(np.einsum("ij,jk,ik->i", self.C, self._covariance, self.C))
+
+    def stationary_root(self) -> Array:
+        """R with R R^T = P, shape (n, n): x = R n, n standard normal, is stationary."""
+        root = root_of_covariance(self._covariance)
+        return np.pad(root, ((0, 0), (0, self.order - root.shape[1])))
+
+    def scaled(self, factor: float) -> "LinearFilter":
+        """The filter with its output times a factor."""
+        return LinearFilter(self.A, self.B, self.C * factor)
+
+    def discretise(self, step: float) -> SampledFilter:
+        """The filter over steps of length h, the state and the integral of y jointly exact.
+
+        With z = (integral of y, x), dz = F z dt + G dW, F = [[0, C], [0, A]], G = [0; B]:
+
+            Phi(h) = e^(F h),   Q(h) = integral over s in [0, h] of Phi(s) G G^T Phi(s)^T
+
+        both from one matrix exponential (Van Loan 1978, IEEE Trans. Automatic Control 23) of a
+        short step, then doubled,
+
+            Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)^T,   Phi(2h) = Phi(h)^2,
+
+        which adds positive terms only and so stays accurate for any h.
+
+        Args:
+            step: h [s].
+
+        Returns:
+            With r <= n + p normals a step, the rank of Q; output k needs the first k of them only.
+        """
+        positive("step", step, "[s]")
+        n, p = self.order, self.outputs
+        x = _nonzero(np.sqrt(np.diag(self._covariance)))  # states of size one balance A, (n,)
+        A = self.A * x / x[:, None]
+        rate = float(np.linalg.norm(A))
+        y = _nonzero(np.linalg.norm(self.C * x, axis=1) / rate)  # (p,)
+        F = np.zeros((p + n, p + n))
+        F[:p, p:], F[p:, p:] = self.C * x / y[:, None], A
+        G = np.vstack([np.zeros((p, self.inputs)), self.B / x[:, None]])
+        doublings = max(0, int(np.ceil(np.log2(rate * step / FIRST_STEP))))
+        Phi, Q = _van_loan(F, G, step / 2**doublings)
+        for _ in range(doublings):
+            Q = Q + Phi @ Q @ Phi.T
+            Phi = Phi @ Phi
+        z = np.concatenate([y, x])
+        root = root_of_covariance(Q * np.outer(z, z))  # (p + n, r)
+        Phi = Phi * z[:, None] / z
+        return SampledFilter(
+            step, Phi[p:, p:], root[p:], Phi[:p, p:], root[:p], self.stationary_root()
+        )
+
+    @cached_property
+    def _covariance(self) -> Array:
+        _, (size, _) = matrix_balance(self.A, permute=False, separate=True)  # (n,)
+        A, B = self.A * size / size[:, None], self.B / size[:, None]
+        P = solve_continuous_lyapunov(A, -B @ B.T) * np.outer(size, size)
+        return 0.5 * (P + P.T)
+
+
+def side_by_side(filters: Sequence[LinearFilter]) -> LinearFilter:
+    """Independent filters as one, block-diagonal: their outputs stacked, as for several axes."""
+    if not filters:
+        raise ParameterError("side_by_side", "no filters", "one or more")
+    A, B, C = (block_diag(*(getattr(one, name) for one in filters)) for name in "ABC")
+    return LinearFilter(A, B, C)
+
+
+def root_of_covariance(Q: Array) -> Array:
+    """R with R R^T = Q for a positive semidefinite Q, shape (k, r), r its numerical rank.
+
+    The eigenvalues are taken of the correlation matrix, so that states of very different size
+    are all kept to full relative accuracy. R is lower trapezoidal and its diagonal not negative,
+    as Cholesky's factor is, so that no sign is left to the eigenvectors.
+    """
+    size = np.sqrt(np.maximum(np.diag(Q), 0.0))  # (k,)
+    safe = _nonzero(size)
+    values, vectors = np.linalg.eigh(0.5 * (Q + Q.T) / np.outer(safe, safe))
+    kept = values > len(Q) * np.finfo(float).eps * max(values[-1], 0.0)
+    root = size[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    upper = np.linalg.qr(root.T)[1]  # (r, k)
+    return upper.T * np.where(np.diag(upper) < 0, -1.0, 1.0)
+
+
+def _nonzero(sizes: Array) -> Array:
+    """Sizes to divide by: one where they are zero."""
+    return np.where(sizes > 0, sizes, 1.0)
+
+
+def _van_loan(F: Array, G: Array, step: float) -> tuple[Array, Array]:
+    """Phi(h) and Q(h) from the exponential of [[-F, G G^T], [0, F^T]] h."""
+    k = len(F)
+    E = expm(np.block([[-F, G @ G.T], [np.zeros((k, k)), F.T]]) * step)
+    Phi = E[k:, k:].T
+    Q = Phi @ E[:k, k:]
+    return Phi, 0.5 * (Q + Q.T)

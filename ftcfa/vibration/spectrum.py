@@ -1,0 +1,247 @@
+"""Acceleration spectra as standards state them: break points, straight lines in log-log.
+
+One axis, one-sided, per hertz. Inside the package densities are (m/s^2)^2/Hz; tables are mostly
+printed in g^2/Hz.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import exprel
+
+from ftcfa.arrays import Array, counting, positive
+from ftcfa.errors import ParameterError
+
+STANDARD_GRAVITY = 9.80665
+"""g0 of the unit g [m/s^2]."""
+PLAUSIBLE_G_RMS = 200.0
+"""Overall level above which a table is taken to be in the wrong unit [g]. Qualification of
+launcher equipment stays below some 60 g rms."""
+TINY = 1e-15
+"""Below it log(1 + x) is x."""
+SAMPLES_PER_PERIOD = 8
+"""Integration steps that the shortest period of a band must hold."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """One-sided power spectral density of an acceleration, by break points.
+
+        S(f) = S_i (f/f_i)^b_i,   b_i = log(S_{i+1}/S_i) / log(f_{i+1}/f_i),   f_i <= f <= f_{i+1}
+
+    and zero outside the band.
+
+    Attributes:
+        frequencies: f_i, rising, shape (k,), k >= 2 [Hz].
+        densities: S_i, shape (k,) [(m/s^2)^2/Hz].
+
+    Raises:
+        ParameterError: If frequencies or densities are not positive and finite, or the
+            frequencies do not rise.
+    """
+
+    frequencies: Array
+    densities: Array
+
+    def __post_init__(self) -> None:
+        for name in ("frequencies", "densities"):
+            values = _numbers(f"Spectrum {name}", getattr(self, name))
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        _check_points(self.frequencies, self.densities)
+
+    @classmethod
+    def from_points(cls, points: Iterable[tuple[float, float]]) -> "Spectrum":
+        """Spectrum from pairs (f_i, S_i) in Hz and (m/s^2)^2/Hz."""
+        return cls(*_columns(points))
+
+    @classmethod
+    def from_g(
+        cls,
+        frequencies: npt.ArrayLike,
+        g2_per_hz: npt.ArrayLike,
+        plausible_g_rms: float = PLAUSIBLE_G_RMS,
+    ) -> "Spectrum":
+        """Spectrum from densities in g^2/Hz, as standards print them.
+
+        Args:
+            frequencies: f_i, shape (k,) [Hz].
+            g2_per_hz: S_i, shape (k,) [g^2/Hz].
+            plausible_g_rms: Overall level above which the unit is doubted [g].
+
+        Raises:
+            ParameterError: As the class, or if the overall level is not plausible.
+        """
+        positive("Spectrum plausible_g_rms", plausible_g_rms, "[g]")
+        f = _numbers("Spectrum frequencies", frequencies)
+        S = _numbers("Spectrum densities", g2_per_hz)
+        _check_points(f, S)  # in the unit that the user sees
+        spectrum = cls(f, S * STANDARD_GRAVITY**2)
+        level = spectrum.g_rms()
+        if level > plausible_g_rms:
+            raise ParameterError(
+                "Spectrum densities",
+                f"{level:.4g} g rms overall when read as g^2/Hz",
+                f"at most {plausible_g_rms:g} g rms",
+                "if they are in (m/s^2)^2/Hz, build Spectrum(frequencies, densities) or state "
+                'unit = "(m/s^2)^2/Hz" in a table; if the level is meant, give '
+                f"plausible_g_rms = {10 ** math.ceil(math.log10(level)):g}",
+            )
+        return spectrum
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency [Hz]."""
+        return float(self.frequencies[0]), float(self.frequencies[-1])
+
+    def density(self, f: npt.ArrayLike) -> Array:
+        """S(f), zero outside the band, shape of f [(m/s^2)^2/Hz]."""
+        x = np.asarray(f, dtype=float)
+        inside = (x >= self.frequencies[0]) & (x <= self.frequencies[-1])
+        log_f = np.log(np.where(inside, x, self.frequencies[0]))
+        line = np.interp(log_f, np.log(self.frequencies), np.log(self.densities))
+        return np.where(inside, np.exp(line), 0.0)
+
+    def power(self, f: npt.ArrayLike) -> Array:
+        """Integral of S from the lowest frequency up to f, exact, shape of f [(m/s^2)^2].
+
+        On the segment from f_i, with L = log(f/f_i) and a = b_i + 1:
+
+            integral of S from f_i to f = S_i f_i (e^(a L) - 1)/a
+        """
+        x = np.clip(np.asarray(f, dtype=float), *self.band)
+        a, below = self._segments
+        i = np.clip(np.searchsorted(self.frequencies, x, side="right") - 1, 0, len(a) - 1)
+        L = np.log(x / self.frequencies[i])
+        return below[i] + (self.frequencies * self.densities)[i] * L * exprel(a[i] * L)
+
+    def frequency_at(self, power: npt.ArrayLike) -> Array:
+        """The f below which a given power lies, the inverse of `power`, shape of power [Hz]."""
+        a, below = self._segments
+        P = np.clip(np.asarray(power, dtype=float), 0.0, below[-1])
+        i = np.clip(np.searchsorted(below, P, side="right") - 1, 0, len(a) - 1)
+        share = (P - below[i]) / (self.frequencies * self.densities)[i]  # (e^(a L) - 1)/a
+        aL = np.log1p(np.maximum(a[i] * share, TINY - 1.0))
+        flat = np.abs(aL) < TINY
+        L = np.where(flat, share, aL / np.where(flat, 1.0, a[i]))
+        return np.clip(self.frequencies[i] * np.exp(L), *self.band)
+
+    def rms(self) -> float:
+        """Root of the integral of S over the band, exact for straight lines in log-log [m/s^2]."""
+        return math.sqrt(float(self.power(self.frequencies[-1])))
+
+    def g_rms(self) -> float:
+        """The same in the unit of the standards [g]."""
+        return self.rms() / STANDARD_GRAVITY
+
+    def scaled(self, factor: float) -> "Spectrum":
+        """The spectrum of the acceleration times a factor: densities times its square."""
+        positive("Spectrum factor", factor)
+        return Spectrum(self.frequencies, self.densities * factor**2)
+
+    def __str__(self) -> str:
+        low, high = self.band
+        return f"{self.g_rms():.3g} g rms from {low:g} to {high:g} Hz"
+
+    @cached_property
+    def _segments(self) -> tuple[Array, Array]:
+        """a_i = b_i + 1 of each segment, (k - 1,), and the power below each f_i, (k,)."""
+        L = np.diff(np.log(self.frequencies))
+        a = np.diff(np.log(self.densities)) / L + 1.0
+        powers = (self.frequencies * self.densities)[:-1] * L * exprel(a * L)
+        return a, np.concatenate([[0.0], np.cumsum(powers)])
+
+
+def band_step_limit(spectrum: Spectrum) -> float:
+    """Largest integration step for a band: 1/(8 f_max) [s].
+
+    Eight steps a period keep the phase of a sampled force within 1/16 of the shortest period.
+    """
+    return 1.0 / (SAMPLES_PER_PERIOD * spectrum.band[1])
+
+
+def substeps_needed(spectrum: Spectrum, period: float) -> int:
+    """Integration steps that a controller period [s] must be cut into for the band."""
+    positive("period", period, "[s]")
+    return math.ceil(period / band_step_limit(spectrum) * (1.0 - 1e-12))  # 0.25 ms of 1 ms is 4
+
+
+def check_step(spectrum: Spectrum, period: float, substeps: int = 1) -> None:
+    """Refuse an integration step that is too long for the band.
+
+    Args:
+        spectrum: What shakes.
+        period: Controller period [s].
+        substeps: Integration steps a period.
+
+    Raises:
+        ParameterError: Naming the highest frequency, the step and the substeps needed.
+    """
+    counting("substeps", substeps)
+    needed = substeps_needed(spectrum, period)
+    if substeps < needed:
+        high = spectrum.band[1]
+        step = 1e3 * period / substeps
+        raise ParameterError(
+            "integration step",
+            f"{step:.4g} ms, for a spectrum up to {high:g} Hz",
+            f"at most {1e3 * band_step_limit(spectrum):.4g} ms "
+            f"({SAMPLES_PER_PERIOD} steps in the shortest period)",
+            f"take substeps={needed} of the period {1e3 * period:.4g} ms, or a shorter period",
+        )
+
+
+def _numbers(subject: str, values: npt.ArrayLike) -> Array:
+    try:
+        return np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(subject, repr(values), "numbers") from error
+
+
+def _columns(points: Iterable[tuple[float, float]]) -> tuple[Array, Array]:
+    """Frequencies and densities of pairs."""
+    table = _numbers("Spectrum points", list(points))
+    if table.ndim != 2 or table.shape[1] != 2:
+        raise ParameterError(
+            "Spectrum points", f"shape {table.shape}", "pairs (frequency, density)"
+        )
+    return table[:, 0], table[:, 1]
+
+
+def _check_points(f: Array, S: Array) -> None:
+    if f.ndim != 1 or f.shape != S.shape or len(f) < 2:
+        raise ParameterError(
+            "Spectrum",
+            f"frequencies of shape {f.shape}, densities of shape {S.shape}",
+            "two break points or more, one density a frequency",
+            "a single tone is a harmonic excitation, not a spectrum" if f.size == 1 else "",
+        )
+    for name, values, unit in (("frequency", f, "Hz"), ("density", S, "")):
+        bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
+        if bad.size:
+            raise ParameterError(
+                f"Spectrum {name} {bad[0] + 1}",
+                f"{values[bad[0]]:g}",
+                f"a number > 0 {unit}".rstrip(),
+                _REMEDY[name],
+            )
+    falls = np.flatnonzero(np.diff(f) <= 0)
+    if falls.size:
+        k = falls[0]
+        duplicate = f[k] == f[k + 1]
+        raise ParameterError(
+            f"Spectrum frequencies {k + 1} and {k + 2}",
+            f"{f[k]:g} then {f[k + 1]:g} Hz" + (" (duplicate)" if duplicate else ""),
+            "rising frequencies",
+            "part the two sides of a step by a small difference" if duplicate else "sort them",
+        )
+
+
+_REMEDY = {
+    "frequency": "the logarithmic axis has no zero; begin the band above it",
+    "density": "the density is zero outside the band by itself; leave such points out",
+}
