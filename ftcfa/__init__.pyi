@@ -15,8 +15,17 @@ from .loop.references import Constant, MinimumJerk, Sinusoid, Table
 from .model.arm import Arm
 from .model.load import load_arm
 from .model.pendulum import PaperPendulum
-from .vibration.excitation import Vibration, WhiteNoise
-from .vibration.noise_input import BaseAcceleration, PaperPendulumInput
+from .vibration.excitation import WhiteNoise
+from .vibration.fitting import FilterFit, fit_filter
+from .vibration.noise_input import BaseAcceleration, NoiseInput, PaperPendulumInput
+from .vibration.record import Record
+from .vibration.record_file import read_record
+from .vibration.recorded import RecordedAcceleration
+from .vibration.shaped_noise import ShapedNoise
+from .vibration.shaping import LinearFilter
+from .vibration.spectrum import Spectrum
+from .vibration.standards import Standard, read_table, standard, standards
+from .vibration.vibration import Vibration
 
 __version__: str
 
@@ -27,16 +36,24 @@ __all__ = [
     "ClosedLoop",
     "Constant",
     "ExplicitFilter",
+    "FilterFit",
     "FtcfaError",
     "Gains",
     "ImplicitFilter",
+    "LinearFilter",
     "MinimumJerk",
+    "NoiseInput",
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
     "RBFNetwork",
+    "Record",
+    "RecordedAcceleration",
     "ShapeError",
+    "ShapedNoise",
     "Sinusoid",
+    "Spectrum",
+    "Standard",
     "Table",
     "TracingError",
     "UnknownNameError",
@@ -44,7 +61,12 @@ __all__ = [
     "Vibration",
     "WhiteNoise",
     "__version__",
+    "fit_filter",
     "load_arm",
+    "read_record",
+    "read_table",
     "simulate",
     "simulate_paths",
+    "standard",
+    "standards",
 ]

@@ -32,7 +32,9 @@ class Sample(NamedTuple):
 
     state: LoopState
     desired: Desired
+    initial: Array
     normals: Array
+    row: Array
     results: dict[str, Array]
 
 
@@ -85,25 +87,27 @@ def check_agreement(
 def _samples(loop: ClosedLoop) -> Iterator[Sample]:
     """The first samples by the loop's own Python, each from a disturbed state."""
     rng = np.random.default_rng(0)
-    rows = loop.reference.at(np.arange(SAMPLES) * loop.period)
+    motions = loop.reference.at(np.arange(SAMPLES) * loop.period)
+    process = loop.process
+    initial = rng.standard_normal(process.initial_normals)
     state: Any = None
     for k in range(SAMPLES):
-        desired = Desired(*(row[k] for row in rows))
+        desired = Desired(*(row[k] for row in motions))
         results = {}
         if state is None:
-            state = loop.init(desired)
+            state = loop.init(desired, initial)
             results[START] = flat(state)
         moved = [x + DISTURBANCE * rng.standard_normal(np.shape(x)) for x in leaves(state)]
         state = like(state, iter(moved))
-        normals = rng.standard_normal(loop.channels)
+        normals = rng.standard_normal(process.normals)
+        row = process.rows[k % len(process.rows)]
         with np.errstate(all="ignore"):
             signals, controller = loop.control(state, desired)
-            motion = loop.advance(state.q, state.v, signals["u"], normals)
+            motion = loop.advance(state.motion, signals["u"], normals, row)
         results |= {name: flat(value) for name, value in signals.items()}
-        yield Sample(
-            state, desired, normals, {**results, MEMORY: flat(controller), MOTION: flat(motion)}
-        )
-        state = LoopState(*motion, controller)
+        results |= {MEMORY: flat(controller), MOTION: flat(motion)}
+        yield Sample(state, desired, initial, normals, row, results)
+        state = LoopState(motion, controller)
 
 
 def _compare(

@@ -15,6 +15,7 @@ from ftcfa.engine.program import Program, compile_loop
 from ftcfa.engine.trace import TracedLoop, trace
 from ftcfa.engine.vector_math import Target, host_target
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.vibration.streams import first_rows
 
 CACHE_LINE = 64
 TICKS_PER_CALL = 2048
@@ -52,6 +53,9 @@ def run_compiled(
     target = host_target() if target is None else target
     traced = trace(loop, names, tuple(varied))
     program = compile_loop(traced, target)
+    process, starts = loop.process, np.zeros(len(paths), dtype=np.int64)
+    if process.random_start:
+        starts = first_rows(seed, paths, len(process.rows))
     kept = -(-samples // record_every)
     blocks = -(-len(paths) // program.lanes)
     work = _Work(
@@ -62,6 +66,8 @@ def run_compiled(
         record_every=record_every,
         desired=_desired_rows(loop, samples),
         paths=_padded(paths, program.lanes),
+        rows=np.ascontiguousarray(process.rows),
+        first_rows=_padded(starts, program.lanes),
         parameters=_parameters(traced, varied, len(paths), program.lanes),
         record=np.empty((blocks * program.lanes, kept, program.signals)),
         death=np.full((blocks, program.lanes), np.nan),
@@ -83,6 +89,8 @@ class _Work:
     record_every: int
     desired: Array  # (samples, 3 n)
     paths: np.ndarray  # (blocks, lanes)
+    rows: Array  # (R, columns)
+    first_rows: np.ndarray  # (blocks, lanes)
     parameters: Array  # (blocks, entries, lanes)
     record: Array  # (blocks lanes, kept, signals)
     death: Array  # (blocks, lanes)
@@ -93,7 +101,14 @@ class _Work:
         state = _aligned(np.zeros((program.states, program.lanes)))
         parameters, paths, death = self.parameters[b], self.paths[b], self.death[b]
         record = self.record[b * program.lanes :]
-        program.init(state.ctypes.data, parameters.ctypes.data, self.desired.ctypes.data)
+        first_rows = self.first_rows[b]
+        program.init(
+            state.ctypes.data,
+            parameters.ctypes.data,
+            self.desired.ctypes.data,
+            paths.ctypes.data,
+            self.seed,
+        )
         for tick in range(0, self.samples, self.ticks):
             if stop.is_set():
                 return
@@ -103,6 +118,9 @@ class _Work:
                 self.desired[tick:].ctypes.data,
                 paths.ctypes.data,
                 self.seed,
+                self.rows.ctypes.data,
+                len(self.rows),
+                first_rows.ctypes.data,
                 tick,
                 min(self.ticks, self.samples - tick),
                 self.record_every,

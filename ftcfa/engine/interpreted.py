@@ -8,8 +8,8 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.parameters import with_parameter
-from ftcfa.loop.closed_loop import ClosedLoop, alive
-from ftcfa.vibration.streams import PLANT_NOISE, standard_normals
+from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
+from ftcfa.vibration.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_normals
 
 CHUNK = 4096
 """Samples whose noise is drawn at once."""
@@ -50,21 +50,31 @@ def _run_path(
         for start in range(0, samples, CHUNK):
             ticks = range(start, min(start + CHUNK, samples))
             desired = loop.reference.at(np.arange(ticks.start, ticks.stop) * loop.period)
-            noise = _noise(loop, ticks, seed, path)
+            noise, rows_of_noise = _noise(loop, ticks, seed, path)
             for k, tick in enumerate(ticks):
                 now = Desired(*(row[k] for row in desired))
-                state = loop.init(now) if state is None else state
+                state = _initial(loop, now, seed, path) if state is None else state
                 if not alive(state):
                     return tick * loop.period
-                signals, state = loop.step(state, now, noise[k])
+                signals, state = loop.step(state, now, noise[k], rows_of_noise[k])
                 if tick % record_every == 0:
                     for name, row in rows.items():
                         row[tick // record_every] = signals[name]
     return np.nan
 
 
-def _noise(loop: ClosedLoop, ticks: range, seed: int, path: int) -> Array:
-    """Standard normal deviates, shape (ticks, substeps, channels)."""
+def _initial(loop: ClosedLoop, desired: Desired, seed: int, path: int) -> LoopState:
+    count = loop.process.initial_normals
+    return loop.init(desired, standard_normals(seed, path, INITIAL_STATE, range(1), count)[0])
+
+
+def _noise(loop: ClosedLoop, ticks: range, seed: int, path: int) -> tuple[Array, Array]:
+    """Standard normal deviates and rows of the process, shapes (ticks, substeps, ...)."""
+    process, shape = loop.process, (len(ticks), loop.substeps)
     steps = range(ticks.start * loop.substeps, ticks.stop * loop.substeps)
-    normals = standard_normals(seed, path, PLANT_NOISE, steps, loop.channels)
-    return normals.reshape(len(ticks), loop.substeps, loop.channels)
+    normals = standard_normals(seed, path, PLANT_NOISE, steps, process.normals)
+    start = 0
+    if process.random_start:
+        start = first_rows(seed, np.array([path], dtype=np.uint64), len(process.rows))[0]
+    rows = process.rows[(start + np.arange(steps.start, steps.stop)) % len(process.rows)]
+    return normals.reshape(*shape, process.normals), rows.reshape(*shape, rows.shape[1])

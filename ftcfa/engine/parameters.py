@@ -154,10 +154,11 @@ def _place(part: Any, name: str) -> tuple[bool, int]:
     What stands in for a value that its part computes comes last, from the inside out: a part
     forgets such values when anything in it changes.
     """
-    *owners, word = name.split(".")
-    for owner in owners:
-        part = getattr(part, owner)
-    return word not in _attributes(part), -len(owners)
+    for depth, word in enumerate(name.split(".")):
+        if word not in _attributes(part):
+            return True, -depth
+        part = getattr(part, word)
+    return False, 0
 
 
 def _attributes(part: Any) -> dict[str, Any]:

@@ -8,23 +8,24 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
+import casadi as ca
 import llvmlite.binding as llvm
 
 from ftcfa.engine.assembly import Assembly, Entries, lower, normals
 from ftcfa.engine.trace import TracedLoop
 from ftcfa.engine.vector_math import Target, bind
-from ftcfa.vibration.streams import PLANT_NOISE
+from ftcfa.vibration.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
 OPTIMISATION = 2
 
 _P, _I = ctypes.c_void_p, ctypes.c_int64
-_INIT = ctypes.CFUNCTYPE(None, _P, _P, _P)
-_RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _I, _I, _I, _P, _I, _P)
-_INIT_SIGNATURE = "ptr %state, ptr %parameters, ptr %desired"
+_INIT = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I)
+_RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _P, _I, _P, _I, _I, _I, _P, _I, _P)
+_INIT_SIGNATURE = "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed"
 _RUN_SIGNATURE = (
-    "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, i64 %tick0, i64 %ticks, "
-    "i64 %every, ptr %record, i64 %stride, ptr %death"
+    "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, ptr %rows, i64 %row_count, "
+    "ptr %first_rows, i64 %tick0, i64 %ticks, i64 %every, ptr %record, i64 %stride, ptr %death"
 )
 
 
@@ -36,9 +37,10 @@ class Program:
     interpreter's lock, so blocks run on any threads.
 
     Attributes:
-        init: (state, parameters, first desired row): fills the state.
-        run: (state, parameters, desired rows from tick on, paths, seed, tick, ticks, record_every,
-            record, stride, death): advances the state by some ticks. The signals of a kept tick go
+        init: (state, parameters, first desired row, paths, seed): fills the state.
+        run: (state, parameters, desired rows from tick on, paths, seed, rows of the process, their
+            number, each path's first row, tick, ticks, record_every, record, stride, death):
+            advances the state by some ticks. The signals of a kept tick go
             to record[lane * stride + row * signals + i]; a path that diverges gets its tick of
             death (NaN before) and NaN for signals from there on.
         lanes: Paths a block.
@@ -114,7 +116,11 @@ def _module(init: Assembly, run: Assembly) -> str:
 def _init(traced: TracedLoop, target: Target) -> Assembly:
     asm = Assembly(target)
     desired = _desired(asm, "0", traced.init.nnz_in(0))
-    (state,) = lower(asm, traced.init, [desired, asm.memory("%parameters")])
+    seed, paths = _keys(asm)
+    count = traced.init.nnz_in(1)
+    noise = normals(asm, seed, paths, asm.word(0), INITIAL_STATE, count)
+    inputs = [desired, noise.__getitem__, asm.memory("%parameters")]
+    (state,) = lower(asm, traced.init, inputs)
     for i, value in enumerate(state):
         asm.store(value, "%state", i)
     asm.do("ret void")
@@ -127,8 +133,7 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     asm.label("entry")
     kept = asm.emit(f"alloca [{traced.recorded + 1} x {asm.vector}], align 64")
     torque = asm.emit(f"alloca [{traced.joints} x {asm.vector}], align 64")
-    seed = asm.broadcast("i64", "%seed")
-    paths = asm.emit(f"load {asm.words}, ptr %paths, align 8")
+    seed, paths = _keys(asm)
     asm.do("%end = add i64 %tick0, %ticks")
     asm.do("br label %head")
 
@@ -141,8 +146,8 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     row = asm.emit("sub i64 %tick, %tick0")
     desired = _desired(asm, row, first.nnz_in(1))
     step = asm.emit(f"mul i64 %tick, {traced.substeps}")
-    noise = normals(asm, seed, paths, asm.broadcast("i64", step), PLANT_NOISE, traced.channels)
-    inputs = [asm.memory("%state"), desired, noise.__getitem__, asm.memory("%parameters")]
+    noise = _noise(asm, first, seed, paths, step)
+    inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
     after, signals, u, (alive,) = lower(asm, first, inputs)
     living = _living(asm, alive)
     for i, value in enumerate(after):
@@ -164,6 +169,29 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     asm.label("exit")
     asm.do("ret void")
     return asm
+
+
+def _keys(asm: Assembly) -> tuple[str, str]:
+    """The seed, and the numbers of the paths, as vectors of words."""
+    return asm.broadcast("i64", "%seed"), asm.emit(f"load {asm.words}, ptr %paths, align 8")
+
+
+def _noise(
+    asm: Assembly, function: ca.Function, seed: str, paths: str, step: str
+) -> tuple[Entries, Entries]:
+    """Deviates and row of one integration step: inputs 2 and 3 of a step's function."""
+    now = asm.broadcast("i64", step)
+    deviates = normals(asm, seed, paths, now, PLANT_NOISE, function.nnz_in(2))
+    columns = function.nnz_in(3)
+    row = ["poison"] * columns
+    for lane in range(asm.lanes if columns else 0):
+        first = asm.emit(f"load i64, ptr {asm.address('%first_rows', lane, 'i64')}, align 8")
+        index = asm.emit(f"urem i64 {asm.emit(f'add i64 {first}, {step}')}, %row_count")
+        base = asm.address("%rows", asm.emit(f"mul i64 {index}, {columns}"), "double")
+        for i in range(columns):
+            entry = asm.emit(f"load double, ptr {asm.address(base, i, 'double')}, align 8")
+            row[i] = asm.emit(f"insertelement {asm.vector} {row[i]}, double {entry}, i64 {lane}")
+    return deviates.__getitem__, row.__getitem__
 
 
 def _desired(asm: Assembly, row: str, entries: int) -> Entries:
@@ -221,14 +249,8 @@ def _further_steps(
     asm.do(f"%k_more = icmp slt i64 %k, {traced.substeps}")
     asm.do("br i1 %k_more, label %substep, label %latch")
     asm.label("substep")
-    now = asm.broadcast("i64", asm.emit(f"add i64 {step}, %k"))
-    noise = normals(asm, seed, paths, now, PLANT_NOISE, traced.channels)
-    inputs = [
-        asm.memory("%state"),
-        asm.memory(torque),
-        noise.__getitem__,
-        asm.memory("%parameters"),
-    ]
+    noise = _noise(asm, traced.further, seed, paths, asm.emit(f"add i64 {step}, %k"))
+    inputs = [asm.memory("%state"), asm.memory(torque), *noise, asm.memory("%parameters")]
     (after,) = lower(asm, traced.further, inputs)
     for i, value in enumerate(after):
         asm.store(value, "%state", i)

@@ -36,12 +36,12 @@ class TracedLoop:
     """One sample of a closed loop as straight-line code on flat vectors.
 
     Attributes:
-        init: (desired, parameters) -> state.
-        first: (state, desired, normals, parameters) -> (state, signals, torque, alive): the
+        init: (desired, normals, parameters) -> state.
+        first: (state, desired, normals, row, parameters) -> (state, signals, torque, alive): the
             controller and the first integration step.
-        further: (state, torque, normals, parameters) -> state: one more integration step, or None.
+        further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
+            or None.
         signals: Name and shape of the recorded signals.
-        channels: Standard normal deviates an integration step.
         substeps: Integration steps a sample.
         preparations: For each varied parameter, what turns its values, shape (paths, ...), into
             inputs of the code, shape (paths, entries).
@@ -51,7 +51,6 @@ class TracedLoop:
     first: ca.Function
     further: ca.Function | None
     signals: tuple[tuple[str, tuple[int, ...]], ...]
-    channels: int
     substeps: int
     preparations: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
 
@@ -143,11 +142,11 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
     parameters = np.concatenate(columns)
 
     def by_code(sample: Sample) -> Iterator[tuple[str, Array]]:
-        q, v = sample.state[:2]
-        desired, n = flat(sample.desired), loop.arm.n
+        desired, motion = flat(sample.desired), flat(sample.state.motion)
         if START in sample.results:
-            yield START, _numbers(code.init(desired, parameters))
-        first = code.first(flat(sample.state), desired, sample.normals, parameters)
+            yield START, _numbers(code.init(desired, sample.initial, parameters))
+        noise = (sample.normals, sample.row)
+        first = code.first(flat(sample.state), desired, *noise, parameters)
         after, signals, u, _ = map(_numbers, first)
         start = 0
         for name, shape in code.signals:
@@ -155,10 +154,10 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
             yield name, signals[start:end]
             start = end
         yield "u", u
-        yield MEMORY, after[2 * n :]
-        yield MOTION, after[: 2 * n]
+        yield MEMORY, after[len(motion) :]
+        yield MOTION, after[: len(motion)]
         if code.further is not None:
-            further = code.further(flat((q, v)), u, sample.normals, parameters)
+            further = code.further(motion, u, *noise, parameters)
             yield MOTION, _numbers(further)
 
     check_agreement(loop, by_code)
@@ -191,30 +190,36 @@ def _trace(
     n = loop.arm.n
     state = like(template, iter([_symbol_like(leaf) for leaf in leaves(template)]))
     desired = Desired(*(symbols(name, n) for name in Desired._fields))
-    normals = symbols("normals", loop.channels)
+    normals = symbols("normals", loop.process.normals)
+    row = symbols("row", loop.process.rows.shape[1])
+    noise = [_flat([normals]), _flat([row])]
     parameters = _flat(inputs)
 
     signals, controller = loop.control(state, desired)
-    q, v = loop.advance(state.q, state.v, signals["u"], normals)
-    after = LoopState(q, v, controller)
+    after = LoopState(loop.advance(state.motion, signals["u"], normals, row), controller)
     _check_sizes(loop, template, after)
     kept = [signals[name] for name in shapes]
     first = _function(
         "first",
-        [_flat(leaves(state)), _flat(desired), _flat([normals]), parameters],
+        [_flat(leaves(state)), _flat(desired), *noise, parameters],
         [_flat(leaves(after)), _flat(kept), _flat([signals["u"]]), _flat([alive(state)])],
     )
     further = None
     if loop.substeps > 1:
         u = symbols("u", n)
-        q, v = loop.advance(state.q, state.v, u, normals)
+        motion = loop.advance(state.motion, u, normals, row)
         further = _function(
             "further",
-            [_flat([state.q, state.v]), _flat([u]), _flat([normals]), parameters],
-            [_flat([q, v])],
+            [_flat(leaves(state.motion)), _flat([u]), *noise, parameters],
+            [_flat(leaves(motion))],
         )
-    init = _function("init", [_flat(desired), parameters], [_flat(leaves(loop.init(desired)))])
-    return TracedLoop(init, first, further, tuple(shapes.items()), loop.channels, loop.substeps)
+    initial = symbols("initial", loop.process.initial_normals)
+    init = _function(
+        "init",
+        [_flat(desired), _flat([initial]), parameters],
+        [_flat(leaves(loop.init(desired, initial)))],
+    )
+    return TracedLoop(init, first, further, tuple(shapes.items()), loop.substeps)
 
 
 def _twin(part: Any) -> Any:

@@ -1,6 +1,7 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -12,21 +13,43 @@ from ftcfa.errors import ShapeError, UnknownNameError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.vibration.excitation import Vibration
+from ftcfa.vibration.excitation import Process, WhiteProcess
+from ftcfa.vibration.vibration import Vibration
 
+STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
+"""The process of a loop that nothing shakes."""
 DIVERGED = 1e4
 """A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
 
 
-class LoopState(NamedTuple):
-    """State of the closed loop at a sample."""
+class Motion(NamedTuple):
+    """What an integration step advances: the robot and what shakes it."""
 
     q: Array
     """Position, shape (n,) [rad or m]."""
     v: Array
     """Velocity, shape (n,) [rad/s or m/s]."""
+    vibration: Any = ()
+    """State of the vibration."""
+
+
+class LoopState(NamedTuple):
+    """State of the closed loop at a sample."""
+
+    motion: Motion
+    """Of the plant."""
     controller: Any
-    """State of the controller."""
+    """Of the controller."""
+
+    @property
+    def q(self) -> Array:
+        """Position, shape (n,) [rad or m]."""
+        return self.motion.q
+
+    @property
+    def v(self) -> Array:
+        """Velocity, shape (n,) [rad/s or m/s]."""
+        return self.motion.v
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,34 +94,54 @@ class ClosedLoop:
         q0 = self.arm.home if self.q0 is None else self.q0
         object.__setattr__(self, "q0", vector("q0", q0, n))
         object.__setattr__(self, "v0", vector("v0", 0.0 if self.v0 is None else self.v0, n))
+        _ = self.process  # checks that the excitation goes with the step
+
+    @cached_property
+    def process(self) -> Process:
+        """What shakes, over integration steps of this loop's length."""
+        return STILL if self.vibration is None else self.vibration.process(self.step_length)
 
     @property
-    def channels(self) -> int:
-        """Standard normal deviates an integration step."""
-        return 0 if self.vibration is None else self.vibration.channels
+    def step_length(self) -> float:
+        """Length of an integration step [s]."""
+        return self.period / self.substeps
 
-    def init(self, desired: Desired) -> LoopState:
-        """The state at the first sample, given the desired motion there."""
+    def init(self, desired: Desired, normals: Array | None = None) -> LoopState:
+        """The state at the first sample.
+
+        Args:
+            desired: Desired motion there.
+            normals: Standard normal deviates, shape (process.initial_normals,); zeros if None.
+        """
         q, v = cast(Array, self.q0), cast(Array, self.v0)
-        return LoopState(q, v, self.controller.init(q, v, desired))
+        if normals is None:
+            normals = np.zeros(self.process.initial_normals)
+        motion = Motion(q, v, self.process.init(normals))
+        return LoopState(motion, self.controller.init(q, v, desired))
 
-    def step(self, state: LoopState, desired: Desired, normals: Array) -> tuple[Signals, LoopState]:
+    def step(
+        self, state: LoopState, desired: Desired, normals: Array, rows: Array | None = None
+    ) -> tuple[Signals, LoopState]:
         """One sample: what was measured and computed there, and the state at the next.
 
         Args:
             state: State at this sample.
             desired: Desired motion at this sample.
-            normals: Standard normal deviates of the period, shape (substeps, channels).
+            normals: Standard normal deviates of the period, shape (substeps, process.normals).
+            rows: Rows of the process for its steps, shape (substeps, columns); its first ones
+                if None.
 
         Returns:
             The signals of this sample and the state at the next one. ``u`` is the torque that
             acts, within the effort limits; ``u_command`` is what the controller asked for.
         """
+        if rows is None:
+            rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
         signals, controller = self.control(state, desired)
-        q, v = state.q, state.v
+        motion = state.motion
         for k in range(self.substeps):
-            q, v = self.advance(q, v, signals["u"], normals[k])
-        return signals, LoopState(q, v, controller)
+            motion = self.advance(motion, signals["u"], normals[k], rows[k])
+        return signals, LoopState(motion, controller)
 
     def control(self, state: LoopState, desired: Desired) -> tuple[Signals, Any]:
         """The controller's part of `step`: signals, and the controller's new state."""
@@ -113,22 +156,30 @@ class ClosedLoop:
         measured = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
         return {**signals, **measured}, controller
 
-    def advance(self, q: Array, v: Array, u: Array, normals: Array) -> tuple[Array, Array]:
-        """One integration step of the plant under torque u, shapes (n,), normals (channels,)."""
-        step = self.period / self.substeps
-        impulse = self._impulse(q, step, normals)
-        return INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
+    def advance(self, motion: Motion, u: Array, normals: Array, row: Array) -> Motion:
+        """One integration step of the plant under torque u.
+
+        Args:
+            motion: At the start of the step.
+            u: Torque, shape (n,) [N m or N].
+            normals: Standard normal deviates, shape (process.normals,).
+            row: The step's row of the process, shape (columns,).
+        """
+        q, v, shaken = motion
+        step = self.step_length
+        impulse = np.zeros_like(q)
+        if self.vibration is not None:
+            impulse, shaken = self.vibration.impulse(
+                self.process, self.arm, q, shaken, normals, row
+            )
+        q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
+        return Motion(q, v, shaken)
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
         """Name and shape of every signal that `step` gives, found by one sample of the law."""
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
         signals, _ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
-
-    def _impulse(self, q: Array, step: float, normals: Array) -> Array:
-        if self.vibration is None:
-            return np.zeros_like(q)
-        return self.vibration.impulse(self.arm, q, step, normals)
 
 
 def alive(state: LoopState) -> Array:

@@ -13,8 +13,9 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid
 from ftcfa.model.load import load_arm
 from ftcfa.model.pendulum import PaperPendulum
-from ftcfa.vibration.excitation import Convention, Vibration, WhiteNoise
+from ftcfa.vibration.excitation import Convention, WhiteNoise
 from ftcfa.vibration.noise_input import BaseAcceleration, PaperPendulumInput
+from ftcfa.vibration.vibration import Vibration
 
 DURATION = 20.0
 """Simulated time of the paper's figures [s]."""

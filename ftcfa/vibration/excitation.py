@@ -1,29 +1,70 @@
 """Excitations xi: what shakes the robot, as the increment of its integral over a step."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.noise_input import NoiseInput
 
 Convention = Literal["psd", "amplitude"]
 
 
-class Excitation(Protocol):
-    """xi of m channels, driven by standard normal deviates."""
+class Process(ABC):
+    """An excitation over integration steps of one length: what the loop runs.
 
-    def amplitude(self, channels: int) -> Array:
-        """Sigma with integral of xi over h = Sigma sqrt(h) normals, shape (m, m)."""
-        ...
+        Y_k, x_{k+1} = advance(x_k, n_k, row_k),      Y_k: integral of xi over step k
+
+    Attributes:
+        initial_normals: Standard normal deviates that the initial state takes.
+        rows: Numbers that all paths share, a row a step, shape (R, columns); after the last row
+            comes the first.
+        random_start: Whether each path begins at a row of its own.
+    """
+
+    initial_normals: int = 0
+    rows: Array = np.zeros((1, 0))
+    random_start: bool = False
+
+    @property
+    @abstractmethod
+    def normals(self) -> int:
+        """Standard normal deviates a step."""
+
+    def init(self, normals: Array) -> Any:  # noqa: ARG002
+        """State before the first step: arrays in tuples, from ``initial_normals`` deviates."""
+        return ()
+
+    @abstractmethod
+    def advance(self, state: Any, normals: Array, row: Array) -> tuple[Array, Any]:
+        """One step: integral of xi over it, shape (m,), and the new state.
+
+        Args:
+            state: State at its start.
+            normals: Standard normal deviates, shape (normals,).
+            row: The step's row, shape (columns,).
+        """
+
+
+class Excitation(ABC):
+    """What shakes: a description from which a `Process` is made for a step length."""
+
+    @abstractmethod
+    def process(self, channels: int, step: float) -> Process:
+        """The excitation of m channels over steps of one length.
+
+        Raises:
+            ShapeError: If it has another number of channels.
+            ParameterError: If the step is too long for it.
+        """
 
 
 @dataclass(frozen=True, eq=False)
-class WhiteNoise:
+class WhiteNoise(Excitation):
     """White noise of intensity varpi: E[xi(t) xi(s)^T] = varpi delta(t - s).
 
         xi dt = Sigma dW,   Sigma Sigma^T = varpi
@@ -79,46 +120,28 @@ class WhiteNoise:
         values, vectors = np.linalg.eigh(matrix)
         return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
 
+    def process(self, channels: int, step: float) -> "WhiteProcess":
+        """See `Excitation.process`."""
+        return WhiteProcess(self.amplitude(channels), step)
+
 
 @dataclass(frozen=True, eq=False)
-class Vibration:
-    """What shakes the robot: a noise input Lambda(q) and an excitation xi.
+class WhiteProcess(Process):
+    """White noise over steps: Y = Sigma sqrt(h) n.
 
     Attributes:
-        input: How the excitation loads the joints.
-        excitation: The excitation of the input's channels.
-
-    Raises:
-        ShapeError: If input and excitation have different numbers of channels.
+        sigma: Shape (m, m).
+        step: h [s].
     """
 
-    input: NoiseInput
-    excitation: Excitation
-
-    def __post_init__(self) -> None:
-        if not hasattr(self.input, "matrix"):
-            raise ParameterError("Vibration input", repr(self.input), "a noise input")
-        if not hasattr(self.excitation, "amplitude"):
-            raise ParameterError("Vibration excitation", repr(self.excitation), "an excitation")
-        _ = self.sigma
-
-    @cached_property
-    def sigma(self) -> Array:
-        """Sigma, shape (m, m)."""
-        return self.excitation.amplitude(self.input.channels)
+    sigma: Array
+    step: float
 
     @property
-    def channels(self) -> int:
-        """m, the number of standard normal deviates a step."""
-        return self.input.channels
+    def normals(self) -> int:
+        """As many as there are channels."""
+        return len(self.sigma)
 
-    def impulse(self, arm: Any, q: Array, step: float, normals: Array) -> Array:
-        """Joint impulse Lambda(q) Sigma sqrt(h) n over one step, shape (n,) [N m s or N s].
-
-        Args:
-            arm: The true robot.
-            q: Configuration at the start of the step (Ito), shape (n,) [rad or m].
-            step: Its length h [s].
-            normals: Standard normal deviates, shape (m,).
-        """
-        return self.input.matrix(arm, q) @ (self.sigma @ normals) * np.sqrt(step)
+    def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
+        """See `Process.advance`."""
+        return self.sigma @ normals * np.sqrt(self.step), state

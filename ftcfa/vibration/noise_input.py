@@ -69,7 +69,10 @@ class PaperPendulumInput:
     m: tuple[float, float] = (0.6, 0.8)
     l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
 
-    channels = 2
+    @property
+    def channels(self) -> int:
+        """Base acceleration along x and z."""
+        return 2
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (2, 2) [kg m].

@@ -22,6 +22,7 @@ ONE = 0x3FF0000000000000
 
 PLANT_NOISE = 0
 INITIAL_STATE = 1
+FIRST_ROW = 2
 """Streams: what the numbers are used for."""
 
 
@@ -68,6 +69,13 @@ def standard_normals(seed: int, path: int, stream: int, steps: range, channels: 
     radius = np.sqrt(-2.0 * np.log(u))
     normals = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
     return normals.reshape(len(steps), 2 * pairs)[:, :channels]
+
+
+def first_rows(seed: int, paths: Words, rows: int) -> npt.NDArray[np.int64]:
+    """A row for each path to begin at, uniform on 0 ... rows - 1, shape (paths,)."""
+    zero, stream = np.zeros(1, dtype=np.uint64), np.array([FIRST_ROW << 32], dtype=np.uint64)
+    words = [threefry2x64((zero, stream), (seed, int(path)))[0][0] for path in paths]
+    return np.array([int(word) % rows for word in words], dtype=np.int64)
 
 
 def _in_one_two(words: Words) -> Array:

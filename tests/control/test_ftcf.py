@@ -22,7 +22,7 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.control.protocol import Desired
-from ftcfa.loop.closed_loop import DIVERGED, LoopState
+from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion
 
 ROUNDING = 1e-12
 """Relative to the largest number of the step: some hundred operations on well-scaled numbers."""
@@ -344,7 +344,7 @@ def measured(loop, q, v):
     """Two samples of the law: its states take part in the second."""
     state = loop.init(STILL)
     for _ in range(2):
-        state = LoopState(q, v, state.controller)
+        state = LoopState(Motion(q, v), state.controller)
         signals, state = loop.step(state, STILL, np.zeros((1, 0)))
     return signals
 

@@ -516,7 +516,7 @@ PATIENCE = 3.0
 
 
 @pytest.mark.parametrize(
-    ("engine", "substeps"), [("compiled", 1), ("compiled", 3000), ("interpreted", 1)]
+    ("engine", "substeps"), [("compiled", 1), ("compiled", 30_000), ("interpreted", 1)]
 )
 def test_an_interrupt_ends_a_long_run_at_once(engine, substeps):
     code = LONG_RUN.format(engine=engine, substeps=substeps)

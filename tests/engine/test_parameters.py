@@ -145,12 +145,12 @@ def test_noise_intensity(loop, engine):
 
     def build(sigma):
         noise = WhiteNoise(sigma @ sigma.T)
-        vibration = replace(loop.vibration, excitation=noise)
-        np.testing.assert_allclose(vibration.sigma, sigma, atol=1e-12)
-        return replace(loop, vibration=vibration)
+        built = replace(loop, vibration=replace(loop.vibration, excitation=noise))
+        np.testing.assert_allclose(built.process.sigma, sigma, atol=1e-12)
+        return built
 
     symmetric = np.einsum("pij,pkj->pik", sigma, sigma) + 0.1 * np.eye(2)
-    assert_each_path_is_its_own_loop(loop, {"vibration.sigma": symmetric}, build, engine)
+    assert_each_path_is_its_own_loop(loop, {"process.sigma": symmetric}, build, engine)
 
 
 @pytest.mark.parametrize("gain", ["c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"])
@@ -185,7 +185,7 @@ def test_gains_of_the_filter_and_the_network(arm, engine):
 def test_everything_at_once(loop, arm, engine):
     drawn = np.array([arm.perturbed(np.random.default_rng(i)).inertias for i in range(PATHS)])
     vary = {
-        "vibration.sigma": around(loop.vibration.sigma),
+        "process.sigma": around(loop.process.sigma),
         "arm.inertias": drawn,
         "q0": around([0.1, -0.1]),
         "arm.effort_limit": around(arm.effort_limit),
@@ -209,12 +209,12 @@ def test_an_amplitude_outlives_a_change_of_its_noise_input(order, engine):
         plant, FTCF(plant), Sinusoid([0.3, 0.2]), Vibration(PaperPendulumInput(), WhiteNoise(0.1))
     )
     vary = dict(
-        [("vibration.sigma", around(np.eye(2))), ("vibration.input.m", around([0.6, 0.8]))][::order]
+        [("process.sigma", around(np.eye(2))), ("vibration.input.m", around([0.6, 0.8]))][::order]
     )
 
     def build(*values):
         given = dict(zip(vary, values, strict=True))
-        sigma, m = given["vibration.sigma"], given["vibration.input.m"]
+        sigma, m = given["process.sigma"], given["vibration.input.m"]
         vibration = Vibration(PaperPendulumInput(m=tuple(m)), WhiteNoise(sigma @ sigma))
         return replace(loop, vibration=vibration)
 
@@ -301,7 +301,7 @@ def test_a_loop_is_left_as_it_was(loop, arm, engine):
     vary = {
         "q0": np.ones((2, 2)),
         "arm.inertias": 2 * np.array([arm.inertias] * 2),
-        "vibration.sigma": np.ones((2, 2, 2)),
+        "process.sigma": np.ones((2, 2, 2)),
         "controller.gains.c1": [1.0, 2.0],
     }
     simulate_paths(loop, 2, 0.01, vary=vary, engine=engine)
@@ -338,7 +338,7 @@ def test_what_is_no_number_is_refused(loop, engine):
 
 
 def test_what_follows_from_others_is_refused(loop, engine):
-    for name in ("arm__n", "arm__moving_mass", "arm__mass_matrix", "vibration__channels"):
+    for name in ("arm__n", "arm__moving_mass", "arm__mass_matrix", "vibration__input__channels"):
         text = refused(loop, engine, ParameterError, **{name: np.ones(3)})
         assert "computed from others, expected numbers that can be replaced" in text
 

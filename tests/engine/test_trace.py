@@ -339,7 +339,7 @@ def test_values_that_vary_are_not_compiled_in(compilations):
         vary = {
             "controller.gains.c1": rng.uniform(5, 9, 4),
             "arm.inertias": np.array([loop.arm.perturbed(rng).inertias for _ in range(4)]),
-            "vibration.sigma": rng.standard_normal((4, 2, 2)),
+            "process.sigma": rng.standard_normal((4, 2, 2)),
         }
         simulate_paths(loop, 4, 0.01, vary=vary)
     assert len(compilations) == 1
@@ -402,6 +402,6 @@ def test_tracing_gives_what_was_asked_for():
     loop = ClosedLoop(load_arm("double_pendulum"), PI(), Sinusoid([0.1, 0.2]), substeps=2)
     traced = trace(loop, ["corner", "energy", "q"])
     assert traced.signals == (("corner", (2, 2)), ("energy", ()), ("q", (2,)))
-    assert (traced.recorded, traced.joints, traced.channels, traced.substeps) == (7, 2, 0, 2)
+    assert (traced.recorded, traced.joints, traced.substeps) == (7, 2, 2)
     assert trace(loop, ["corner", "energy", "q"]) is traced
     assert trace(loop, ["q"]) is not traced

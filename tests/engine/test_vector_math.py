@@ -66,6 +66,10 @@ ONE = {
     "twice": lambda x: x + x,
     "inside": lambda x: np.where(np.logical_and(x > -1.0, np.logical_not(x >= 2.0)), x, 7.0),
     "outside": lambda x: np.where(np.logical_or(x < -1.0, x == 0.5), -x, x - 3.0),
+    "many masks": lambda x: sum(
+        2.0**k * np.logical_not(np.logical_and(np.floor(k * x), np.sin(k * x) < 0.5 * np.cos(x)))
+        for k in range(1, 12)
+    ),
     "mask as number": lambda x: (x > 0.25) * 3.0 + (x != 1.0),
     "clip": lambda x: np.clip(x, -2.0, 2.0),
     "constant": lambda x: np.where(x > 0, np.pi, -1e-300),

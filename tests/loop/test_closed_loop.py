@@ -22,7 +22,7 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.control.protocol import Desired
-from ftcfa.loop.closed_loop import DIVERGED, LoopState, alive
+from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, alive
 from ftcfa.loop.describe import describe
 from ftcfa.loop.plant import INTEGRATORS
 
@@ -180,7 +180,10 @@ def test_the_torque_depends_on_the_nominal_arm_and_not_on_the_true_one():
     law = FTCF(nominal)
     torques = [
         ClosedLoop(arm, law, HELD, q0=0.1).step(
-            LoopState(np.full(2, 0.1), np.zeros(2), law.init(np.full(2, 0.1), np.zeros(2), STILL)),
+            LoopState(
+                Motion(np.full(2, 0.1), np.zeros(2)),
+                law.init(np.full(2, 0.1), np.zeros(2), STILL),
+            ),
             STILL,
             np.zeros((1, 0)),
         )[0]["u"]
@@ -209,7 +212,7 @@ def test_signal_shapes_are_those_of_a_sample():
     ],
 )
 def test_a_path_lives_while_it_is_finite_and_within_bounds(q, v, lives):
-    assert alive(LoopState(np.array(q), np.array(v), None)) == lives
+    assert alive(LoopState(Motion(np.array(q), np.array(v)), None)) == lives
 
 
 def test_a_description_is_plain_data():

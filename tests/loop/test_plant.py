@@ -158,8 +158,9 @@ def brownian_ends():
     def end(name, normals):
         steps = len(normals)
         q, v, h = start, np.zeros(2), 0.25 / steps
+        process = vibration.process(h)
         for k in range(steps):
-            impulse = vibration.impulse(arm, q, h, normals[k])
+            impulse, _ = vibration.impulse(process, arm, q, (), normals[k], np.zeros(0))
             q, v = INTEGRATORS[name](arm, q, v, tau, impulse, h)
         return np.concatenate([q, v])
 

@@ -101,7 +101,7 @@ def test_the_cases_are_those_of_the_study() -> None:
 @pytest.mark.parametrize(("noise", "amplitude"), [("psd", np.sqrt(0.1)), ("amplitude", 0.1)])
 def test_noise_convention(noise, amplitude) -> None:
     loop = closed_loop(Case(noise=noise))
-    np.testing.assert_allclose(loop.vibration.sigma, amplitude * np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(loop.process.sigma, amplitude * np.eye(2), atol=1e-12)
 
 
 def test_only_the_plant_is_as_printed() -> None:
