@@ -11,7 +11,8 @@ from typing import Any
 import casadi as ca
 import llvmlite.binding as llvm
 
-from ftcfa.engine.assembly import Assembly, Entries, lower, normals
+from ftcfa.engine.assembly import Assembly, Entries, normals
+from ftcfa.engine.tape import lower
 from ftcfa.engine.trace import TracedLoop
 from ftcfa.engine.vector_math import Target, bind
 from ftcfa.vibration.streams import INITIAL_STATE, PLANT_NOISE

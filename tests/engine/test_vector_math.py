@@ -13,8 +13,9 @@ from scipy import special
 
 from ftcfa import ParameterError, TracingError
 from ftcfa.engine import vector_math
-from ftcfa.engine.assembly import Assembly, lower, normals
+from ftcfa.engine.assembly import Assembly, normals
 from ftcfa.engine.program import _machine_code
+from ftcfa.engine.tape import lower
 from ftcfa.engine.vector_math import LANES, Target, host_target
 from ftcfa.model.traced import symbols
 from ftcfa.vibration.streams import standard_normals
