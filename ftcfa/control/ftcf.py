@@ -108,6 +108,11 @@ class FTCF:
     network: RBFNetwork = field(default_factory=RBFNetwork)
 
     def __post_init__(self) -> None:
+        if not hasattr(self.nominal, "mass_matrix"):
+            got = f"a {type(self.nominal).__name__}"
+            raise ParameterError("FTCF nominal", got, "an Arm, such as load_arm gives")
+        if not isinstance(self.gains, Gains):
+            raise ParameterError("FTCF gains", repr(self.gains), "Gains(...)")
         object.__setattr__(self, "filter", command_filter(self.filter))
         if self.compensation not in get_args(Compensation):
             raise UnknownNameError("compensation", str(self.compensation), get_args(Compensation))

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +55,7 @@ def trajectories(
     """
     dataset = xr.Dataset(
         coords={
-            "path": ("path", paths, {"long_name": "number of the path"}),
+            "path": ("path", _signed(paths), {"long_name": "number of the path"}),
             "time": ("time", time, {"units": "s"}),
             "joint": ("joint", list(loop.arm.joint_names)),
             "joint_type": ("joint", list(loop.arm.joint_types)),
@@ -76,10 +77,10 @@ def trajectories(
         dims = inner(name, values.shape[2:])
         attributes = _attributes(loop, name, "joint" in dims)
         dataset[name] = (("path", "time", *dims), values, attributes)
-    error = signals["q"] - q_d
+    squares = sum((signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
     dataset["ote"] = (
         ("path", "time"),
-        np.sqrt(np.einsum("ptj,ptj->pt", error, error)),
+        np.sqrt(squares),
         {"units": dataset["q"].units, "long_name": "overall tracking error |q - q_d|"},
     )
     dataset["diverged_at"] = (
@@ -88,6 +89,11 @@ def trajectories(
         {"units": "s", "long_name": "time of divergence, NaN if none"},
     )
     return dataset
+
+
+def _signed(paths: npt.NDArray[np.uint64]) -> npt.NDArray[np.integer[Any]]:
+    """The numbers as ordinary integers, if they all fit."""
+    return paths if np.any(paths >= 2**63) else paths.astype(np.int64)
 
 
 def _attributes(loop: ClosedLoop, name: str, per_joint: bool) -> dict[str, str]:

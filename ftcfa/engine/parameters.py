@@ -51,7 +51,8 @@ def parameter(part: Any, name: str) -> Array:
 def checked_values(part: Any, vary: Mapping[str, npt.ArrayLike], paths: int) -> dict[str, Array]:
     """Values of varied parameters, each of shape (paths, ...), checked.
 
-    The smallest and largest value of a number pass the checks of the part that holds it.
+    The smallest and largest value of a number pass the checks of the part that holds it; a part
+    that asks more of ``word`` says so by ``check_word``.
 
     Raises:
         UnknownNameError, ParameterError, ShapeError: If a name, value or shape is wrong.
@@ -79,6 +80,8 @@ def checked_values(part: Any, vary: Mapping[str, npt.ArrayLike], paths: int) -> 
         if values.ndim == 1 and paths and is_dataclass(owner):
             for extreme in (values.min(), values.max()):
                 replace(cast(Any, owner), **{word: float(extreme)})
+        if hasattr(owner, f"check_{word}"):
+            getattr(owner, f"check_{word}")(values)
         checked[name] = values
     return dict(sorted(checked.items(), key=lambda item: _place(part, item[0])))
 

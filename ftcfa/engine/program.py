@@ -7,6 +7,7 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import llvmlite.binding as llvm
@@ -58,12 +59,20 @@ class Program:
     engine: llvm.ExecutionEngine
 
 
+_programs: WeakKeyDictionary[TracedLoop, dict[Target, Program]] = WeakKeyDictionary()
 _cache: OrderedDict[str, Program] = OrderedDict()
 _lock = threading.Lock()
 
 
 def compile_loop(traced: TracedLoop, target: Target) -> Program:
     """Compile a traced loop, or find it among those that this process has compiled."""
+    known = _programs.setdefault(traced, {})
+    if target not in known:
+        known[target] = _compiled(traced, target)
+    return known[target]
+
+
+def _compiled(traced: TracedLoop, target: Target) -> Program:
     asm_init, asm_run = _init(traced, target), _run(traced, target)
     text = _module(asm_init, asm_run)
     key = sha256(text.encode()).hexdigest()

@@ -1,5 +1,6 @@
 """`simulate` and `simulate_paths`: a closed loop run over one path or many, as a Dataset."""
 
+import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
@@ -19,6 +20,8 @@ from ftcfa.loop.closed_loop import ClosedLoop
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; the others are on request. The reference is known."""
+RESERVED = frozenset({"path", "time", "joint", "joint_type", "ote", "diverged_at"})
+"""Names of the Dataset that are no signals."""
 ENGINES = ("compiled", "interpreted")
 Engine = Literal["compiled", "interpreted"]
 
@@ -56,16 +59,7 @@ def simulate(
     Raises:
         ParameterError, UnknownNameError: If an argument is out of range or a name unknown.
     """
-    dataset = simulate_paths(
-        loop,
-        [path],
-        duration,
-        seed=seed,
-        signals=signals,
-        record_every=record_every,
-        threads=1,
-        engine=engine,
-    )
+    dataset = _run(loop, [path], duration, seed, {}, signals, record_every, 1, engine)
     dataset = dataset.isel(path=0, drop=True)
     dataset.attrs["path"] = int(path)
     return dataset
@@ -92,9 +86,9 @@ def simulate_paths(
         seed: Seed of the experiment, 0 <= seed < 2^64.
         vary: Parameters that differ from path to path, by dotted name, each of shape
             (paths, ...): initial states ``q0`` and ``v0``, ``arm.inertias``,
-            ``arm.effort_limit``, ``vibration.sigma``, gains such as ``controller.gains.c1``, and
-            any other number or array that a part of the loop holds. No value is compiled in, so
-            a sweep compiles once.
+            ``arm.effort_limit``, ``vibration.level``, gains such as ``controller.gains.c1``, and
+            any other number or array that the loop computes with. The values are inputs of the
+            compiled code, so a sweep compiles once.
         signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
         record_every: Keep every so many samples.
         threads: Threads; all that this process may use by default.
@@ -107,6 +101,20 @@ def simulate_paths(
         ParameterError, ShapeError, UnknownNameError: If an argument is of the wrong range,
             shape or name.
     """
+    return _run(loop, paths, duration, seed, vary or {}, signals, record_every, threads, engine)
+
+
+def _run(
+    loop: ClosedLoop,
+    paths: int | Sequence[int],
+    duration: float,
+    seed: int,
+    vary: Mapping[str, npt.ArrayLike],
+    signals: Iterable[str],
+    record_every: int,
+    threads: int | None,
+    engine: Engine,
+) -> xr.Dataset:
     numbers = _path_numbers(paths)
     samples = _samples(loop, duration)
     seed = _natural("seed", seed)
@@ -116,20 +124,26 @@ def simulate_paths(
     if engine not in ENGINES:
         raise UnknownNameError("engine", str(engine), ENGINES)
     names = _signal_names(loop, signals)
-    varied = checked_values(loop, vary or {}, len(numbers))
+    varied = checked_values(loop, vary, len(numbers))
+    _check_memory(loop, names, len(numbers) * -(-samples // record_every))
     if engine == "compiled":
         try:
             recorded, died = run_compiled(
                 loop, samples, record_every, seed, numbers, names, varied, threads
             )
         except TracingError as error:
-            warnings.warn(f"running interpreted, thousands of times slower: {error}", stacklevel=2)
+            warnings.warn(f"running interpreted, which is far slower: {error}", stacklevel=3)
             engine = "interpreted"
     if engine == "interpreted":
         recorded, died = run_interpreted(loop, samples, record_every, seed, numbers, names, varied)
     time = np.arange(0, samples, record_every) * loop.period
     dataset = trajectories(loop, time, recorded, died, numbers, varied)
-    dataset.attrs |= {"seed": seed, "duration": float(duration), "engine": engine}
+    dataset.attrs |= {
+        "seed": seed,
+        "duration": float(duration),
+        "record_every": int(record_every),
+        "engine": engine,
+    }
     return dataset
 
 
@@ -155,8 +169,28 @@ def _samples(loop: ClosedLoop, duration: float) -> int:
     return round(duration / loop.period) + 1
 
 
+def _check_memory(loop: ClosedLoop, names: Sequence[str], rows: int) -> None:
+    """Refuse a record that would not fit, before anything is computed."""
+    shapes = loop.signal_shapes()
+    needed = 8 * rows * sum(int(np.prod(shapes[name])) for name in names)
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present / 2:
+        raise ParameterError(
+            "record",
+            f"{needed / 2**30:.1f} GiB",
+            f"at most half of the machine's {present / 2**30:.1f} GiB",
+            "raise record_every, or run fewer paths at a time",
+        )
+
+
 def _signal_names(loop: ClosedLoop, signals: Iterable[str]) -> list[str]:
     known = list(loop.signal_shapes())
+    for name in RESERVED.intersection(known):
+        raise ParameterError(
+            f"signal '{name}' of {type(loop.controller).__name__}",
+            "a name that the Dataset has itself",
+            "another name",
+        )
     asked = known if signals == "all" else [signals] if isinstance(signals, str) else list(signals)
     for name in asked:
         if name not in known:

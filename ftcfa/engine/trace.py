@@ -25,7 +25,7 @@ from ftcfa.engine.agreement import (
 )
 from ftcfa.engine.flatten import flat, leaves, like, size
 from ftcfa.engine.parameters import parameter, preparation, replace_parts, with_parameter
-from ftcfa.errors import TracingError
+from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
 from ftcfa.model.arm import Arm
 from ftcfa.model.traced import symbols, traced
@@ -86,7 +86,7 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
                 check_pure(loop)  # before symbols can get into a state that a law hides
                 code = _trace_anew(loop, names, varied)
                 _prove(loop, code)
-        except TracingError:
+        except (TracingError, _NoEffectError):
             raise
         except Exception as error:
             raise _not_traceable(error) from error
@@ -114,7 +114,33 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
         preparations.append((name, prepare))
     with _symbols_without_value():
         code = _trace(twin, template, {name: shapes[name] for name in names}, inputs)
+    _check_effect(code, inputs, varied)
     return replace(code, preparations=tuple(preparations))
+
+
+class _NoEffectError(ParameterError):
+    """A varied parameter that nothing computes with."""
+
+
+def _check_effect(code: TracedLoop, inputs: Sequence[Array], varied: Sequence[str]) -> None:
+    """Refuse a parameter that nothing computes with.
+
+    Raises:
+        ParameterError: If the motion does not depend on it.
+    """
+    used = np.zeros(sum(size(symbol) for symbol in inputs), dtype=bool)
+    for function in (code.init, code.first):
+        last = function.n_in() - 1
+        for output in range(function.n_out()):
+            used |= np.asarray(function.jac_sparsity(output, last).T, dtype=bool).any(axis=1)
+    start = 0
+    for name, symbol in zip(varied, inputs, strict=True):
+        end = start + size(symbol)
+        if not used[start:end].any():
+            raise _NoEffectError(
+                f"varied {name}", "no effect on the motion", "a number that the loop computes with"
+            )
+        start = end
 
 
 def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
@@ -136,7 +162,7 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
     columns: list[Array] = [np.zeros(0)]
     for name, prepare in code.preparations:
         value = parameter(loop, name)
-        value = value * (1.0 + DISTURBANCE * rng.standard_normal(value.shape))
+        value = value * (1.0 + DISTURBANCE * rng.standard_normal())  # a body stays a body
         loop = with_parameter(loop, name, value)
         columns.append(prepare(value[None]).ravel())
     parameters = np.concatenate(columns)

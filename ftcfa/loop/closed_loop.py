@@ -1,5 +1,6 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, cast
@@ -9,7 +10,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, counting, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Signals
-from ftcfa.errors import ShapeError, UnknownNameError
+from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
 from ftcfa.model.dynamics import Dynamics
@@ -82,6 +83,7 @@ class ClosedLoop:
     v0: npt.ArrayLike | None = None
 
     def __post_init__(self) -> None:
+        self._check_parts()
         n = self.arm.n
         positive("period", self.period, "[s]")
         counting("substeps", self.substeps)
@@ -95,6 +97,18 @@ class ClosedLoop:
         object.__setattr__(self, "q0", vector("q0", q0, n))
         object.__setattr__(self, "v0", vector("v0", 0.0 if self.v0 is None else self.v0, n))
         _ = self.process  # checks that the excitation goes with the step
+
+    def _check_parts(self) -> None:
+        parts = (
+            ("arm", "mass_matrix", "an Arm, such as load_arm gives"),
+            ("controller", "step", "a control law with init and step, such as FTCF(arm)"),
+            ("reference", "at", "a reference, such as Sinusoid(offset=arm.home)"),
+            ("vibration", "impulse", "a Vibration(input, excitation), or None"),
+        )
+        for name, method, expected in parts:
+            part = getattr(self, name)
+            if not hasattr(part, method) and not (part is None and name == "vibration"):
+                raise ParameterError(f"ClosedLoop {name}", f"a {type(part).__name__}", expected)
 
     @cached_property
     def process(self) -> Process:
@@ -146,7 +160,14 @@ class ClosedLoop:
     def control(self, state: LoopState, desired: Desired) -> tuple[Signals, Any]:
         """The controller's part of `step`: signals, and the controller's new state."""
         q, v = state.q, state.v
-        signals, controller = self.controller.step(state.controller, q, v, desired, self.period)
+        given = self.controller.step(state.controller, q, v, desired, self.period)
+        if not (isinstance(given, tuple) and len(given) == 2 and "u" in _names(given[0])):
+            raise ParameterError(
+                f"step of {type(self.controller).__name__}",
+                f"a {type(given).__name__} without a dictionary that holds 'u'",
+                '({"u": torque, ...}, state)',
+            )
+        signals, controller = given
         command = signals["u"]
         shape = command.shape if hasattr(command, "shape") else np.shape(command)
         if shape != q.shape:
@@ -180,6 +201,10 @@ class ClosedLoop:
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
         signals, _ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
+
+
+def _names(signals: Any) -> Collection[str]:
+    return signals if isinstance(signals, dict) else ()
 
 
 def alive(state: LoopState) -> Array:

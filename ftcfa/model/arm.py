@@ -9,10 +9,12 @@ import numpy as np
 import pinocchio as pin
 
 from ftcfa.arrays import Array, solve_spd
-from ftcfa.errors import ShapeError
-from ftcfa.model.inertia import check_spread, perturbed_pseudo_inertia
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.model.inertia import check_spread, perturbed_pseudo_inertia, pseudo_inertia
 from ftcfa.model.tree import KinematicTree
 
+UNPHYSICAL = 1e-9
+"""A pseudo-inertia's negative eigenvalue is rounding up to this share of its largest entry."""
 FRICTION_VELOCITY = 1e-3
 """Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
 
@@ -77,6 +79,14 @@ class Arm:
     warnings: tuple[str, ...] = ()
     source: Mapping[str, Any] | None = None
 
+    def __repr__(self) -> str:
+        return f"Arm({self.name!r}, {self.n} joints)"
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
     @property
     def n(self) -> int:
         """Number of coordinates."""
@@ -103,12 +113,39 @@ class Arm:
         return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
 
     def with_inertias(self, inertias: Array) -> "Arm":
-        """The same arm with other inertial parameters, shape (N, 10) as in `inertias`."""
+        """The same arm with other inertial parameters, shape (N, 10) as in `inertias`.
+
+        Raises:
+            ShapeError: If they are not of that shape.
+            ParameterError: If no body can have them.
+        """
+        self.check_inertias(inertias)
         model = self.model.copy()
         for i, row in enumerate(inertias):
             model.inertias[i + 1] = _body(row)
         source = {**(self.source or {}), "inertias": np.asarray(inertias).tolist()}
         return replace(self, model=model, source=source)
+
+    def check_inertias(self, inertias: Array) -> None:
+        """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
+        rows = np.asarray(inertias, dtype=float)
+        expected = (self.model.njoints - 1, 10)
+        if rows.shape[-2:] != expected:
+            raise ShapeError(f"inertias of {self.name}", f"shape {rows.shape}", f"{expected}")
+        smallest = np.linalg.eigvalsh(pseudo_inertia(rows))[..., 0]
+        slack = UNPHYSICAL * np.abs(rows).max(axis=-1)
+        if np.any(smallest < -slack) or not np.all(np.isfinite(rows)):
+            raise ParameterError(
+                f"inertias of {self.name}",
+                f"a pseudo-inertia with the eigenvalue {smallest.min():.3g}",
+                "positive semidefinite pseudo-inertias",
+                "draw them with Arm.perturbed",
+            )
+
+    def check_effort_limit(self, limits: Array) -> None:
+        """Raise ParameterError unless all torque limits are positive."""
+        if not np.all(limits > 0):
+            raise ParameterError(f"effort_limit of {self.name}", f"{limits.min():g}", "numbers > 0")
 
     def tree(self) -> KinematicTree:
         """The model's constants as plain arrays."""
@@ -126,8 +163,7 @@ class Arm:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = self.__dict__.keys() - {"_data", "_free_flyer"}
-        return {key: self.__dict__[key] for key in kept}
+        return {key: value for key, value in self.__dict__.items() if key != "_data"}
 
     def _check_shape(self, symbol: str, x: Array) -> None:
         if np.shape(x) != (self.n,):
@@ -207,11 +243,10 @@ class Arm:
         still = np.concatenate([np.zeros(6), self._model_v(v)])
         base = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         at = np.concatenate([base, self._model_q(q)])
-        free, data = self._free_flyer
+        free, data = self._free_flyer()
         turning = pin.nonLinearEffects(free, data, at, motion)[6:].copy()
         return self.G.T @ (turning - pin.nonLinearEffects(free, data, at, still)[6:])
 
-    @cached_property
     def _free_flyer(self) -> tuple[pin.Model, pin.Data]:
         """The same model on a base that is free to move, without gravity."""
         free, fixed = pin.Model(), self.model

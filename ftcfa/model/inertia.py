@@ -45,6 +45,21 @@ def perturbed_pseudo_inertia(
     return np.exp(log_mass) * T @ J @ T.T
 
 
+def pseudo_inertia(parameters: Array) -> Array:
+    """Pseudo-inertias, shape (..., 4, 4), of inertial parameters as in `Arm.inertias`, (..., 10).
+
+    J = [[tr(I)/2 1 - I, h], [h^T, m]],   I about the origin, h = m c
+    """
+    m, h = parameters[..., 0], parameters[..., 1:4]
+    xx, xy, yy, xz, yz, zz = np.moveaxis(parameters[..., 4:], -1, 0)
+    inertia = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*m.shape, 3, 3)
+    J = np.empty((*m.shape, 4, 4))
+    J[..., :3, :3] = ((xx + yy + zz) / 2)[..., None, None] * np.eye(3) - inertia
+    J[..., :3, 3] = J[..., 3, :3] = h
+    J[..., 3, 3] = m
+    return J
+
+
 def check_spread(**spreads: float) -> None:
     """Raise ParameterError unless every spread is a number >= 0."""
     for name, value in spreads.items():

@@ -77,7 +77,7 @@ def load_arm(
         home=np.array([_home(description, entry, name) for name in names]),
         warnings=tuple(warnings),
         source={
-            "robot": str(robot if entry is not None else file),
+            "robot": str(robot if entry is not None else file.resolve()),
             "lock": dict(locks),
             "gravity": field.tolist(),
             "effort_limit": effort.tolist(),

@@ -54,7 +54,7 @@ class TracedArm:
         lower: Lower joint limits, shape (n,).
         upper: Upper joint limits, shape (n,).
         velocity_limit: Shape (n,).
-        G: Linear part of the coordinate map, shape (N, n).
+        linear_map: G, shape (N, n); a constant here, so not of the Arm's name.
         damping: Viscous friction, shape (N,).
         friction: Coulomb friction, shape (N,).
         chain: The geometry.
@@ -69,7 +69,7 @@ class TracedArm:
     lower: Array
     upper: Array
     velocity_limit: Array
-    G: Array
+    linear_map: Array
     damping: Array
     friction: Array
     chain: Chain
@@ -87,7 +87,7 @@ class TracedArm:
             lower=arm.lower,
             upper=arm.upper,
             velocity_limit=arm.velocity_limit,
-            G=arm.G,
+            linear_map=arm.G,
             damping=arm.damping,
             friction=arm.friction,
             chain=chain,
@@ -180,7 +180,7 @@ class TracedArm:
 
     def damping_matrix(self, v: Array) -> Array:
         """D(v), shape (n, n); see `Arm.damping_matrix`."""
-        G = ca.DM(self.G)
+        G = ca.DM(self.linear_map)
         v_joint = G @ column(v)
         root = ca.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
         return array(G.T @ ca.diag(column(self.damping) + column(self.friction) / root) @ G, 2)
@@ -218,18 +218,22 @@ def traced(arm: Arm) -> TracedArm:
     Raises:
         TracingError: If any quantity differs by more than AGREEMENT.
     """
-    if arm not in _twins:
-        _twins[arm] = _traced_and_checked(arm)
+    try:  # the twin of before, unless someone has changed the Pinocchio model since
+        _check(arm, _twins[arm])
+    except (KeyError, TracingError):
+        _twins[arm] = TracedArm.of(arm)
+        _check(arm, _twins[arm])
     return _twins[arm]
 
 
-def _traced_and_checked(arm: Arm) -> TracedArm:
-    twin = TracedArm.of(arm)
+def _check(arm: Arm, twin: TracedArm) -> None:
+    """Raise TracingError unless a twin agrees with Pinocchio."""
     rng = np.random.default_rng(0)
     quantities: dict[str, tuple[Callable[..., Array], Callable[..., Array], int]] = {
         "mass matrix": (arm.mass_matrix, twin.mass_matrix, 1),
         "bias force": (arm.bias_force, twin.bias_force, 2),
         "potential force": (arm.potential_force, twin.potential_force, 1),
+        "Coriolis matrix": (arm.coriolis_matrix, twin.coriolis_matrix, 2),
         "base coupling": (arm.base_coupling, twin.base_coupling, 1),
         "base rotation force": (arm.base_rotation_force, twin.base_rotation_force, 3),
     }
@@ -250,4 +254,3 @@ def _traced_and_checked(arm: Arm) -> TracedArm:
                     f"agreement to {AGREEMENT:g}",
                     'run it with engine="interpreted" and report this robot',
                 )
-    return twin

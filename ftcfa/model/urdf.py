@@ -18,6 +18,10 @@ from yourdfpy.urdf import Joint, Link, Robot
 from ftcfa.errors import UnknownNameError, UrdfError
 from ftcfa.model.xml import read_xml
 
+NO_LIMIT = 1e6
+"""Position limits this large are none [rad or m]."""
+ROUNDING = 1e-15
+"""Moments of inertia of a body of one kilogram that are nothing but rounding [m^2]."""
 INERTIA_TOLERANCE = 1e-6
 """Slack of the inertia checks relative to the largest principal moment: CAD exporters round."""
 MAX_LINKS = 1000
@@ -157,11 +161,15 @@ def _carried_by(robot: Robot, links: Iterable[str]) -> set[str]:
 
 
 def position_limits(joint: Joint) -> tuple[float, float]:
-    """Lower and upper limit [rad or m]; infinite where the URDF has none, or its defaults 0, 0."""
+    """Lower and upper limit [rad or m]; infinite where the URDF has none, or its defaults 0, 0.
+
+    Exporters write huge numbers for no limit: from NO_LIMIT on they mean none.
+    """
     limit = joint.limit
     lower, upper = (limit.lower or 0.0, limit.upper or 0.0) if limit is not None else (0.0, 0.0)
-    unlimited = joint.type == "continuous" or lower == upper == 0.0
-    return (-np.inf, np.inf) if unlimited else (lower, upper)
+    if joint.type == "continuous" or lower == upper == 0.0:
+        return -np.inf, np.inf
+    return (-np.inf if lower <= -NO_LIMIT else lower, np.inf if upper >= NO_LIMIT else upper)
 
 
 def _check_limits(subject: str, joint: Joint) -> None:
@@ -194,7 +202,7 @@ def inertia_defect(link: Link) -> tuple[str, str, str] | None:
     if link.inertial.mass < 0:
         return f"mass is {link.inertial.mass:g} kg", "a mass >= 0", "correct <mass>"
     a, b, c = np.linalg.eigvalsh(link.inertial.inertia)
-    slack = INERTIA_TOLERANCE * max(abs(a), abs(c))
+    slack = INERTIA_TOLERANCE * max(abs(a), abs(c)) + ROUNDING * link.inertial.mass
     if a < -slack:
         found = f"inertia is not positive definite (smallest eigenvalue {a:.3g} kg m^2)"
         return found, "principal moments >= 0", "give it a physical tensor"

@@ -1,5 +1,6 @@
 """Noise inputs: how an excitation xi of the surroundings loads the joints, Lambda(q) xi."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -8,6 +9,8 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
+
+AXES = ("x", "y", "z")
 
 
 class NoiseInput(Protocol):
@@ -35,11 +38,11 @@ class BaseAcceleration:
         axes: The world axes that shake, in the order of the channels.
     """
 
-    axes: str = "xyz"
+    axes: Sequence[str] = "xyz"
 
     def __post_init__(self) -> None:
-        axes = set(self.axes) if isinstance(self.axes, str) else set()
-        if not axes or not axes <= set("xyz") or len(axes) != len(self.axes):
+        axes = tuple(self.axes) if isinstance(self.axes, Sequence) else ()
+        if not axes or any(axis not in AXES for axis in axes) or len(set(axes)) != len(axes):
             raise ParameterError("BaseAcceleration axes", repr(self.axes), 'such as "xyz" or "xz"')
 
     @property
@@ -49,7 +52,7 @@ class BaseAcceleration:
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m) [kg m or kg]."""
-        return -arm.base_coupling(q)[:, ["xyz".index(axis) for axis in self.axes]]
+        return -arm.base_coupling(q)[:, [AXES.index(axis) for axis in self.axes]]
 
 
 @dataclass(frozen=True)

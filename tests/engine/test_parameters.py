@@ -391,6 +391,19 @@ def test_values_that_their_part_refuses_are_refused(loop, engine, name, values, 
     assert expected in refused(loop, engine, ParameterError, **{name: values})
 
 
+def test_limits_and_bodies_that_no_robot_can_have_are_refused(loop, arm, engine):
+    text = refused(loop, engine, ParameterError, arm__effort_limit=[[1, 1], [1, -2], [3, 3]])
+    assert "effort_limit of double_pendulum: -2, expected numbers > 0" in text
+    negative = np.array([arm.inertias, -arm.inertias, arm.inertias])
+    text = refused(loop, engine, ParameterError, arm__inertias=negative)
+    assert "inertias of double_pendulum: a pseudo-inertia with the eigenvalue -" in text
+
+
+def test_a_number_that_nothing_computes_with_is_refused(loop):
+    text = refused(loop, "compiled", ParameterError, arm__home=np.ones((3, 2)))
+    assert "varied arm.home: no effect on the motion" in text
+
+
 def test_parameters_are_read_by_name(loop, arm):
     np.testing.assert_array_equal(parameter(loop, "q0"), [0.0, 0.0])
     np.testing.assert_array_equal(parameter(loop, "arm.inertias"), arm.inertias)

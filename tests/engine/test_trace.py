@@ -15,10 +15,7 @@ import pytest
 from ftcfa import FTCF, ClosedLoop, Gains, Sinusoid, load_arm, simulate, simulate_paths
 from ftcfa.engine import program
 from ftcfa.engine.agreement import AGREEMENT
-from ftcfa.engine.program import compile_loop
-from ftcfa.engine.simulate import STANDARD
 from ftcfa.engine.trace import trace
-from ftcfa.engine.vector_math import host_target
 from ftcfa.model.traced import symbols
 
 from .loops import PI, Spring, masses, shaken
@@ -352,17 +349,27 @@ def test_other_constants_are_other_programs(compilations):
     assert np.any(results[0] != results[1])
 
 
-def test_few_programs_are_kept_and_a_dropped_one_comes_back(compilations, monkeypatch):
+def test_few_programs_of_loops_that_are_gone_are_kept(compilations, monkeypatch):
     monkeypatch.setattr(program, "CACHED_PROGRAMS", 2)
-    loops = [masses(law=Spring(float(k))) for k in range(3)]
-    held = compile_loop(trace(loops[0], STANDARD), host_target())
-    before = [simulate(loop, 0.01).v.values for loop in loops]
+
+    def run(k):
+        return simulate(masses(law=Spring(float(k))), 0.01).v.values
+
+    before = [run(k) for k in range(3)]
     assert len(program._cache) == 2
     assert len(compilations) == 3
-    after = simulate(loops[0], 0.01).v.values
+    np.testing.assert_array_equal(run(2), before[2])  # the same program for another such loop
+    assert len(compilations) == 3
+    np.testing.assert_array_equal(run(0), before[0])  # dropped, and compiled again
     assert len(compilations) == 4
-    np.testing.assert_array_equal(before[0], after)
-    assert held not in program._cache.values()
+
+
+def test_a_loop_keeps_its_program(compilations, monkeypatch):
+    monkeypatch.setattr(program, "CACHED_PROGRAMS", 1)
+    loops = [masses(law=Spring(float(k))) for k in range(3)]
+    for loop in 2 * loops:
+        simulate(loop, 0.01)
+    assert len(compilations) == 3
 
 
 def test_a_law_whose_gains_were_changed_is_traced_anew():

@@ -91,7 +91,7 @@ def test_channels_follow_the_order_of_the_axes(axes):
     np.testing.assert_array_equal(noise.matrix(arm, arm.home), expected)
 
 
-@pytest.mark.parametrize("axes", ["", "xx", "xw", "XZ", None, 3, ["x", "z"]])
+@pytest.mark.parametrize("axes", ["", "xx", "xw", "XZ", None, 3, ["x", "w"], ["x", "x"], [0, 2]])
 def test_bad_axes_are_refused(axes):
     with pytest.raises(ParameterError, match=r'BaseAcceleration axes: .*such as "xyz" or "xz"'):
         BaseAcceleration(axes)

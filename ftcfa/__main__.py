@@ -1,0 +1,5 @@
+"""``python -m ftcfa``."""
+
+from ftcfa.cli import main
+
+main()
