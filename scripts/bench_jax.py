@@ -6,11 +6,13 @@ time, double precision. With more than one device the paths are split among them
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import diffrax
 import jax
 import jax.numpy as jnp
-from jax.sharding import Mesh, NamedSharding, PartitionSpec
+from jax.sharding import NamedSharding
+from jax.sharding import PartitionSpec as P
 
 from ftcfa import RBFNetwork
 from ftcfa.control.ftcf import Gains
@@ -18,11 +20,9 @@ from ftcfa.study.reproduction import GRAVITY, INTENSITY, Q0, V0
 
 jax.config.update("jax_enable_x64", True)
 
-Run = Callable[[Any], Any]
-"""Advances a state by the ticks that it was made for."""
-
 PERIOD = 1e-3
 M1, M2, L1, L2 = 0.6, 0.8, 0.8, 1.2
+M11, M22 = (M1 + M2) * L1**2, M2 * L2**2
 MOMENT = jnp.array([(M1 + M2) * L1, M2 * L2])
 LIMIT = 15.0
 R1, R2 = 750.0, 180.0
@@ -41,6 +41,17 @@ class State(NamedTuple):
     s2: jax.Array
     rho: jax.Array
     theta: jax.Array
+
+
+class Carry(NamedTuple):
+    """What goes from call to call."""
+
+    y: State
+    """States of the paths, along the first axis of each array."""
+    keys: jax.Array
+    """Of the random numbers."""
+    tick: jax.Array
+    """Number of the sample."""
 
 
 def sig(x: jax.Array, a: float) -> jax.Array:
@@ -83,7 +94,7 @@ def law(y: State, abar: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
         - y.rho
     )
     m12, solve = coupling(y.q)
-    u = jnp.stack([(M1 + M2) * L1**2 * a[0] + m12 * a[1], m12 * a[0] + M2 * L2**2 * a[1]])
+    u = jnp.stack([M11 * a[0] + m12 * a[1], m12 * a[0] + M22 * a[1]])
     gap = solve(LIMIT * jnp.tanh(u / LIMIT) - u)
     return u, gap, G.lambda_ / (4.0 * G.tau) * (v2 @ v2) ** 2 * BB
 
@@ -135,38 +146,41 @@ def step(y: State, t: jax.Array, normals: jax.Array) -> State:
     )
 
 
-def scan_loop(paths: int, ticks: int, devices: int, noise: float = 1.0) -> tuple[Any, Run]:
-    """Initial state and function of the loop in JAX; noise scales the standard deviation."""
-    mesh = Mesh(jax.devices("cpu")[:devices], "paths")
-    shared, split = (NamedSharding(mesh, PartitionSpec(*axes)) for axes in ((), ("paths",)))
+def scan_loop(
+    paths: int, ticks: int, devices: int = 1, noise: float = 1.0
+) -> tuple[Carry, Callable[[Carry], Carry]]:
+    """A first state, and what advances it by some ticks: `vmap` over paths in `lax.scan`.
 
-    def advance(carry: tuple[State, jax.Array, jax.Array]) -> Any:
-        def tick(carry: tuple[State, jax.Array], k: jax.Array) -> Any:
-            y, key = carry
-            draw = jax.random.normal(jax.random.fold_in(key[0], k), (len(y.q), 2))
-            y = jax.vmap(step, in_axes=(0, None, 0))(y, k * PERIOD, noise * draw)
-            return (y, key), None
+    Args:
+        paths: Number of paths.
+        ticks: Samples by which one call advances.
+        devices: CPU devices over which the paths are split, a thread each.
+        noise: Factor on the deviates; zero for a test.
+    """
+
+    def advance(carry: Carry) -> Carry:
+        def tick(y: State, k: jax.Array) -> tuple[State, None]:
+            draw = jax.random.normal(jax.random.fold_in(key, k), (len(y.q), 2))
+            return jax.vmap(step, in_axes=(0, None, 0))(y, k * PERIOD, noise * draw), None
 
         y, keys, start = carry
-        (y, _), _ = jax.lax.scan(tick, (y, keys), start + jnp.arange(ticks))
-        return y, keys, start + ticks
+        key = keys[0]  # one a device: cheaper than one a path
+        y, _ = jax.lax.scan(tick, y, start + jnp.arange(ticks))
+        return Carry(y, keys, start + ticks)
 
-    specs = (PartitionSpec("paths"), PartitionSpec("paths"), PartitionSpec())
-    run = jax.jit(jax.shard_map(advance, mesh=mesh, in_specs=(specs,), out_specs=specs))
-    y = jax.tree.map(lambda x: jnp.broadcast_to(x, (paths, *x.shape)), initial_state())
-    keys = jax.random.split(jax.random.key(0), devices)
-    state = (jax.device_put(y, split), jax.device_put(keys, split))
-    return (*state, jax.device_put(jnp.array(0), shared)), run
+    return _split(advance, paths, devices, keys=devices)
 
 
-def diffrax_loop(paths: int, ticks: int, devices: int) -> tuple[Any, Run]:
-    """The same with diffrax: everything a state of one stochastic differential equation.
+def diffrax_loop(
+    paths: int, ticks: int, devices: int = 1, tree: bool = False
+) -> tuple[Carry, Callable[[Carry], Carry]]:
+    """The same in diffrax: one stochastic differential equation with the control in its drift.
 
-    The command filter is then integrated like the rest, explicitly.
+    The command filter is then integrated like the rest, explicitly. Euler's method with a step of
+    one period; the Brownian motion is diffrax's fastest, or with ``tree`` the one that it advises.
     """
-    import diffrax
 
-    def drift(t: jax.Array, y: State, args: Any) -> State:  # noqa: ARG001
+    def drift(t: jax.Array, y: State, args: None) -> State:  # noqa: ARG001
         q_d, dq_d = reference(t)
         alpha = virtual_control(y.q - q_d - y.s1, dq_d, y.rho)
         error = y.psi1 - alpha
@@ -174,7 +188,7 @@ def diffrax_loop(paths: int, ticks: int, devices: int) -> tuple[Any, Run]:
         return State(
             q=y.v,
             v=acceleration(y.q, y.v, u),
-            psi1=-R1 * sig(error, 0.5) + y.psi2,
+            psi1=-R1 * jnp.sign(error) * jnp.sqrt(jnp.abs(error)) + y.psi2,
             psi2=-R2 * jnp.sign(error),
             s1=-G.k1 * y.s1 - G.c1 * sig(y.s1, G.kappa) + error + y.s2,
             s2=-G.k2 * y.s2 - G.c2 * sig(y.s2, G.kappa),
@@ -182,23 +196,23 @@ def diffrax_loop(paths: int, ticks: int, devices: int) -> tuple[Any, Run]:
             theta=-G.iota * y.theta + learning,
         )
 
-    class Shaking(diffrax.ControlTerm):
-        def prod(self, vf: Any, control: jax.Array) -> State:
-            zero = jax.tree.map(jnp.zeros_like, vf)
-            return zero._replace(v=shaking(vf.q, control))
+    class Shaking(diffrax.ControlTerm):  # type: ignore[misc]
+        def prod(self, vf: State, control: jax.Array) -> State:
+            still = jax.tree.map(jnp.zeros_like, vf)
+            return still._replace(v=shaking(vf.q, control))
 
     def solve(y: State, key: jax.Array, start: jax.Array) -> State:
-        path = diffrax.UnsafeBrownianPath(shape=(2,), key=key)
-        terms = diffrax.MultiTerm(
-            diffrax.ODETerm(drift),
-            Shaking(lambda t, y, args: y, path),  # noqa: ARG005
-        )
-        t0 = start * PERIOD
+        t0, t1 = start * PERIOD, (start + ticks) * PERIOD
+        if tree:
+            motion = diffrax.VirtualBrownianTree(t0, t1, tol=PERIOD / 2, shape=(2,), key=key)
+        else:
+            motion = diffrax.UnsafeBrownianPath(shape=(2,), key=key)
+        shaken = Shaking(lambda t, y, args: y, motion)  # noqa: ARG005
         solution = diffrax.diffeqsolve(
-            terms,
+            diffrax.MultiTerm(diffrax.ODETerm(drift), shaken),
             diffrax.Euler(),
             t0,
-            t0 + ticks * PERIOD,
+            t1,
             PERIOD,
             y,
             adjoint=diffrax.ForwardMode(),
@@ -206,18 +220,28 @@ def diffrax_loop(paths: int, ticks: int, devices: int) -> tuple[Any, Run]:
         )
         return jax.tree.map(lambda x: x[0], solution.ys)
 
-    mesh = Mesh(jax.devices("cpu")[:devices], "paths")
-
-    def advance(carry: Any) -> Any:
+    def advance(carry: Carry) -> Carry:
         y, keys, start = carry
-        now = jax.vmap(jax.random.fold_in, in_axes=(0, None))(keys, start)
-        return jax.vmap(solve, in_axes=(0, 0, None))(y, now, start), keys, start + ticks
+        fresh = jax.vmap(jax.random.fold_in, in_axes=(0, None))(keys, start)
+        return Carry(jax.vmap(solve, in_axes=(0, 0, None))(y, fresh, start), keys, start + ticks)
 
-    specs = (PartitionSpec("paths"), PartitionSpec("paths"), PartitionSpec())
-    run = jax.jit(
-        jax.shard_map(advance, mesh=mesh, in_specs=(specs,), out_specs=specs, check_vma=False)
-    )
-    split = NamedSharding(mesh, PartitionSpec("paths"))
+    return _split(advance, paths, devices, keys=paths)
+
+
+def _split(
+    advance: Callable[[Carry], Carry], paths: int, devices: int, keys: int
+) -> tuple[Carry, Callable[[Carry], Carry]]:
+    """A first state, and the function compiled, with the paths split over some devices."""
+    mesh = jax.sharding.Mesh(jax.devices("cpu")[:devices], "paths")
+    specs = Carry(P("paths"), P("paths"), P())
+    if devices > 1:
+        advance = jax.shard_map(
+            advance, mesh=mesh, in_specs=(specs,), out_specs=specs, check_vma=False
+        )
     y = jax.tree.map(lambda x: jnp.broadcast_to(x, (paths, *x.shape)), initial_state())
-    keys = jax.random.split(jax.random.key(0), paths)
-    return (jax.device_put(y, split), jax.device_put(keys, split), jnp.array(0)), run
+    carry = Carry(y, jax.random.split(jax.random.key(0), keys), jnp.array(0))
+    if devices > 1:
+        carry = Carry(
+            *(jax.device_put(x, NamedSharding(mesh, s)) for x, s in zip(carry, specs, strict=True))
+        )
+    return carry, jax.jit(advance)
