@@ -100,7 +100,7 @@ class Contender:
         """Warm up, and find how many ticks take so long, or long beside what is taken off."""
         self.run(1)
         floor = self._shorter(1) if self.has_fixed else 0.0
-        seconds = max(seconds, 3 * floor)
+        seconds = max(seconds, 10 * floor)
         while (taken := self._shorter(self.ticks) - floor) < seconds / 2:
             self.ticks *= 2
         self.ticks = math.ceil(self.ticks * seconds / taken)
@@ -369,7 +369,7 @@ def jax_error() -> float:
 
 def bench_arm(name: str, folder: Path, threads: list[int], turns: int, seconds: float) -> Record:
     """One arm: the engine with shared and with varied parameters, its rivals, compile times."""
-    compiled = compile_times(name, folder, 1 + (turns > 3))
+    compiled = compile_times(name, folder, 1 + 2 * (turns > 3))
     loop = bench_loop(name, folder)
     model, skipped = bare_model(loop, name), {}
     contenders = [ours(loop, k) for k in threads]
@@ -399,7 +399,7 @@ def bench_paths(threads: int, turns: int, seconds: float, quick: bool) -> list[R
     """The pendulum with few and with many paths."""
     loop = closed_loop(FINITE_TIME)
     counts = PATH_COUNTS[: -1 if quick else None]
-    return measured([ours(loop, threads, paths) for paths in counts], turns, seconds)
+    return measured([ours(loop, threads, paths) for paths in counts], min(turns, 4), seconds)
 
 
 def machine(threads: int) -> Record:

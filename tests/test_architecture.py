@@ -20,7 +20,8 @@ LAYERS = (
     {"report"},
     {"experiment"},
     {"__init__"},  # the public names
-    {"cli", "__main__"},
+    {"cli"},
+    {"__main__"},
 )
 HOMES = {"pinocchio": "model.arm", "matplotlib": "report", "plotly": "report"}
 """Libraries, and the one module or folder that may import each."""
