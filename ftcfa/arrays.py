@@ -1,4 +1,4 @@
-"""The array type of the package and the one linear solve that it needs."""
+"""The array type of the package, its one linear solve, and checks of the numbers it is given."""
 
 from numbers import Integral, Real
 from typing import Any, TypeAlias

@@ -123,9 +123,11 @@ def _run(
         counting("threads", threads)
     if engine not in ENGINES:
         raise UnknownNameError("engine", str(engine), ENGINES)
-    names = _signal_names(loop, signals)
+    shapes = loop.signal_shapes()
+    names = _signal_names(loop, shapes, signals)
     varied = checked_values(loop, vary, len(numbers))
-    _check_memory(loop, names, len(numbers) * -(-samples // record_every))
+    entries = sum(int(np.prod(shapes[name])) for name in names)
+    _check_memory(entries * len(numbers) * -(-samples // record_every))
     if engine == "compiled":
         try:
             recorded, died = run_compiled(
@@ -169,10 +171,9 @@ def _samples(loop: ClosedLoop, duration: float) -> int:
     return round(duration / loop.period) + 1
 
 
-def _check_memory(loop: ClosedLoop, names: Sequence[str], rows: int) -> None:
+def _check_memory(entries: int) -> None:
     """Refuse a record that would not fit, before anything is computed."""
-    shapes = loop.signal_shapes()
-    needed = 8 * rows * sum(int(np.prod(shapes[name])) for name in names)
+    needed = 8 * entries
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed > present / 2:
         raise ParameterError(
@@ -183,8 +184,10 @@ def _check_memory(loop: ClosedLoop, names: Sequence[str], rows: int) -> None:
         )
 
 
-def _signal_names(loop: ClosedLoop, signals: Iterable[str]) -> list[str]:
-    known = list(loop.signal_shapes())
+def _signal_names(
+    loop: ClosedLoop, shapes: Mapping[str, tuple[int, ...]], signals: Iterable[str]
+) -> list[str]:
+    known = list(shapes)
     for name in RESERVED.intersection(known):
         raise ParameterError(
             f"signal '{name}' of {type(loop.controller).__name__}",

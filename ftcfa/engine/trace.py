@@ -76,6 +76,7 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
     Raises:
         TracingError: If a law cannot be traced, it names the line and the reason; or if the code
             gives other numbers than the loop itself.
+        ParameterError: If nothing computes with a varied parameter.
     """
     key = (tuple(names), tuple(varied))
     with _lock:
@@ -86,10 +87,11 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
                 check_pure(loop)  # before symbols can get into a state that a law hides
                 code = _trace_anew(loop, names, varied)
                 _prove(loop, code)
-        except (TracingError, _NoEffectError):
+        except TracingError:
             raise
         except Exception as error:
             raise _not_traceable(error) from error
+        _check_effect(loop, code)
         known[key] = code
         return code
 
@@ -114,30 +116,25 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
         preparations.append((name, prepare))
     with _symbols_without_value():
         code = _trace(twin, template, {name: shapes[name] for name in names}, inputs)
-    _check_effect(code, inputs, varied)
     return replace(code, preparations=tuple(preparations))
 
 
-class _NoEffectError(ParameterError):
-    """A varied parameter that nothing computes with."""
-
-
-def _check_effect(code: TracedLoop, inputs: Sequence[Array], varied: Sequence[str]) -> None:
+def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
     """Refuse a parameter that nothing computes with.
 
     Raises:
         ParameterError: If the motion does not depend on it.
     """
-    used = np.zeros(sum(size(symbol) for symbol in inputs), dtype=bool)
+    used = np.zeros(code.init.nnz_in(code.init.n_in() - 1), dtype=bool)
     for function in (code.init, code.first):
         last = function.n_in() - 1
         for output in range(function.n_out()):
             used |= np.asarray(function.jac_sparsity(output, last).T, dtype=bool).any(axis=1)
     start = 0
-    for name, symbol in zip(varied, inputs, strict=True):
-        end = start + size(symbol)
+    for name, prepare in code.preparations:
+        end = start + max(1, size(prepare(parameter(loop, name)[None])))
         if not used[start:end].any():
-            raise _NoEffectError(
+            raise ParameterError(
                 f"varied {name}", "no effect on the motion", "a number that the loop computes with"
             )
         start = end

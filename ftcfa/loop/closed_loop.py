@@ -1,6 +1,5 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, cast
@@ -161,7 +160,8 @@ class ClosedLoop:
         """The controller's part of `step`: signals, and the controller's new state."""
         q, v = state.q, state.v
         given = self.controller.step(state.controller, q, v, desired, self.period)
-        if not (isinstance(given, tuple) and len(given) == 2 and "u" in _names(given[0])):
+        pair = isinstance(given, tuple) and len(given) == 2
+        if not (pair and isinstance(given[0], dict) and "u" in given[0]):
             raise ParameterError(
                 f"step of {type(self.controller).__name__}",
                 f"a {type(given).__name__} without a dictionary that holds 'u'",
@@ -201,10 +201,6 @@ class ClosedLoop:
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
         signals, _ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
-
-
-def _names(signals: Any) -> Collection[str]:
-    return signals if isinstance(signals, dict) else ()
 
 
 def alive(state: LoopState) -> Array:

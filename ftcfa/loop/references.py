@@ -105,7 +105,25 @@ class Sinusoid:
 
 
 @dataclass(frozen=True, eq=False)
-class MinimumJerk:
+class _Tabulated:
+    """What references over a table of postures share: the table, checked."""
+
+    times: npt.ArrayLike
+    points: npt.ArrayLike
+
+    def __post_init__(self) -> None:
+        times, points = _table(type(self).__name__, self.times, self.points)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "points", points)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return int(np.asarray(self.points).shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class MinimumJerk(_Tabulated):
     """Way-points joined by minimum-jerk moves, at rest at each (Flash and Hogan 1985).
 
         q_d = p_i + (p_{i+1} - p_i) (10 s^3 - 15 s^4 + 6 s^5),   s = (t - t_i)/(t_{i+1} - t_i)
@@ -116,19 +134,6 @@ class MinimumJerk:
         times: Increasing, shape (P,) [s].
         points: Shape (P, n) [rad or m].
     """
-
-    times: npt.ArrayLike
-    points: npt.ArrayLike
-
-    def __post_init__(self) -> None:
-        times, points = _table("MinimumJerk", self.times, self.points)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "points", points)
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return int(np.asarray(self.points).shape[1])
 
     def at(self, t: Array) -> Desired:
         """See `Reference.at`."""
@@ -145,7 +150,7 @@ class MinimumJerk:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(_Tabulated):
     """A recorded or planned motion (t, q), joined by a twice differentiable cubic spline.
 
     The spline starts and ends at rest; before and after, the end postures are held.
@@ -154,14 +159,6 @@ class Table:
         times: Increasing, shape (P,) [s].
         points: Shape (P, n) [rad or m].
     """
-
-    times: npt.ArrayLike
-    points: npt.ArrayLike
-
-    def __post_init__(self) -> None:
-        times, points = _table("Table", self.times, self.points)
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "points", points)
 
     @classmethod
     def from_file(cls, file: str | Path) -> "Table":
@@ -184,11 +181,6 @@ class Table:
         if table.ndim != 2 or min(table.shape) < 2:
             raise ParameterError(str(file), f"shape {table.shape}", "two rows and columns or more")
         return cls(*_table(str(file), table[:, 0], table[:, 1:]))
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return int(np.asarray(self.points).shape[1])
 
     @cached_property
     def _spline(self) -> CubicSpline:
