@@ -12,6 +12,7 @@ PACKAGE = Path(ftcfa.__file__).parent
 LAYERS = (
     {"errors"},
     {"arrays"},
+    {"streams"},
     {"model"},
     {"vibration", "control"},  # beside each other: neither knows the other
     {"loop"},

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from ftcfa.engine.vector_math import Target
-from ftcfa.vibration.streams import MANTISSA_SHIFT, ONE, PARITY, ROTATIONS, ROUNDS
+from ftcfa.streams import MANTISSA_SHIFT, ONE, PARITY, ROTATIONS, ROUNDS
 
 TWO_PI = 6.283185307179586
 PURE = "nounwind willreturn memory(none)"
@@ -160,7 +160,7 @@ Entries = Callable[[int], str]
 def normals(
     asm: Assembly, seed: str, paths: str, step: str, stream: int, channels: int
 ) -> list[str]:
-    """Append the deviates of one step: `ftcfa.vibration.streams.standard_normals`, on vectors.
+    """Append the deviates of one step: `ftcfa.streams.standard_normals`, on vectors.
 
     Args:
         asm: Where to.

@@ -15,7 +15,7 @@ from ftcfa.engine.program import Program, compile_loop
 from ftcfa.engine.trace import TracedLoop, trace
 from ftcfa.engine.vector_math import Target, host_target
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.vibration.streams import first_rows
+from ftcfa.streams import first_rows
 
 CACHE_LINE = 64
 TICKS_PER_CALL = 2048

@@ -9,7 +9,7 @@ from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.parameters import with_parameter
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
-from ftcfa.vibration.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_normals
+from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_normals
 
 CHUNK = 4096
 """Samples whose noise is drawn at once."""

@@ -16,7 +16,7 @@ from ftcfa.engine.assembly import Assembly, Entries, normals
 from ftcfa.engine.tape import lower
 from ftcfa.engine.trace import TracedLoop
 from ftcfa.engine.vector_math import Target, bind
-from ftcfa.vibration.streams import INITIAL_STATE, PLANT_NOISE
+from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
 OPTIMISATION = 2

@@ -24,11 +24,13 @@ class Process(ABC):
         rows: Numbers that all paths share, a row a step, shape (R, columns); after the last row
             comes the first.
         random_start: Whether each path begins at a row of its own.
+        integrable: Channels whose integral over time is stationary too, so that `rate` gives it.
     """
 
     initial_normals: int = 0
     rows: Array = np.zeros((1, 0))
     random_start: bool = False
+    integrable: frozenset[int] = frozenset()
 
     @property
     @abstractmethod
@@ -48,6 +50,19 @@ class Process(ABC):
             normals: Standard normal deviates, shape (normals,).
             row: The step's row, shape (columns,).
         """
+
+    def rate(self, state: Any, row: Array) -> Array:
+        """The stationary integral W of xi, of mean zero, at the start of a step, shape (m,).
+
+            W_{k+1} = W_k + Y_k
+
+        Entries of channels that are not ``integrable`` have no meaning.
+
+        Args:
+            state: State there.
+            row: The step's row.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no integrable channel")
 
 
 class Excitation(ABC):

@@ -29,7 +29,7 @@ from ftcfa import (
 from ftcfa.engine import compiled, vector_math
 from ftcfa.engine.compiled import run_compiled
 from ftcfa.engine.vector_math import LANES, Target, host_target
-from ftcfa.vibration.streams import PLANT_NOISE, standard_normals
+from ftcfa.streams import PLANT_NOISE, standard_normals
 
 from .loops import FULL_VARPI, PI, Spring, gantry, masses, panda_with_gripper, shaken
 

@@ -18,7 +18,7 @@ from ftcfa.engine.program import _machine_code
 from ftcfa.engine.tape import lower
 from ftcfa.engine.vector_math import LANES, Target, host_target
 from ftcfa.model.traced import symbols
-from ftcfa.vibration.streams import standard_normals
+from ftcfa.streams import standard_normals
 
 LIBRARY = 4
 """Largest error of libmvec [ulp], by its documentation; NumPy's own functions add theirs."""

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from ftcfa.vibration.streams import standard_normals, threefry2x64
+from ftcfa.streams import standard_normals, threefry2x64
 
 DRAWS = 200_000
 SIGMAS = 5.0
