@@ -6,10 +6,13 @@ fifty workers, interpreted or compiled. The cipher is Threefry-2x64 with 20 roun
 Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3, SC 2011).
 """
 
+from numbers import Integral
+
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
+from ftcfa.errors import ParameterError
 
 Words = npt.NDArray[np.uint64]
 
@@ -23,12 +26,25 @@ ONE = 0x3FF0000000000000
 PLANT_NOISE = 0
 INITIAL_STATE = 1
 FIRST_ROW = 2
+ROBOT = 3
 """Streams: what the numbers are used for."""
 
 
-def threefry2x64(counter: tuple[Words, Words], key: tuple[int, int]) -> tuple[Words, Words]:
-    """Encrypt counters: two 64-bit words each, under a key of two words."""
-    k = [np.uint64(key[0]), np.uint64(key[1])]
+def natural(subject: str, value: int) -> int:
+    """A seed or the number of a path as a plain integer.
+
+    Raises:
+        ParameterError: Unless it is an integer that a key can hold.
+    """
+    number = isinstance(value, Integral) and not isinstance(value, bool)
+    if not (number and 0 <= value < 2**64):
+        raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
+    return int(value)
+
+
+def threefry2x64(counter: tuple[Words, Words], key: tuple[int, int | Words]) -> tuple[Words, Words]:
+    """Encrypt counters: two 64-bit words each, under a key of two words or one key each."""
+    k = [np.asarray(word, dtype=np.uint64) for word in key]
     keys = (k[0], k[1], np.uint64(PARITY) ^ k[0] ^ k[1])
     with np.errstate(over="ignore"):
         x, y = counter[0] + keys[0], counter[1] + keys[1]
@@ -59,8 +75,19 @@ def standard_normals(seed: int, path: int, stream: int, steps: range, channels: 
     Returns:
         Shape (len(steps), channels).
     """
-    pairs = (channels + 1) // 2
     step = np.arange(steps.start, steps.stop, dtype=np.uint64)[:, None]
+    return _normals(seed, path, stream, step, channels)
+
+
+def normals_of_paths(seed: int, paths: Words, stream: int, channels: int) -> Array:
+    """The `standard_normals` of step 0 of many paths, shape (paths, channels)."""
+    step = np.zeros((len(paths), 1), dtype=np.uint64)
+    return _normals(seed, paths[:, None], stream, step, channels)
+
+
+def _normals(seed: int, path: int | Words, stream: int, step: Words, channels: int) -> Array:
+    """A row of deviates for each row of steps, shape (rows, 1), and of paths, one or as many."""
+    pairs = (channels + 1) // 2
     pair = (np.uint64(stream) << np.uint64(32)) + np.arange(pairs, dtype=np.uint64)[None, :]
     words = np.broadcast_arrays(step, pair)
     a, b = threefry2x64((words[0], words[1]), (seed, path))
@@ -68,14 +95,14 @@ def standard_normals(seed: int, path: int, stream: int, steps: range, channels: 
     angle = 2.0 * np.pi * (_in_one_two(b) - 1.0)
     radius = np.sqrt(-2.0 * np.log(u))
     normals = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
-    return normals.reshape(len(steps), 2 * pairs)[:, :channels]
+    return normals.reshape(len(step), 2 * pairs)[:, :channels]
 
 
 def first_rows(seed: int, paths: Words, rows: int) -> npt.NDArray[np.int64]:
     """A row for each path to begin at, uniform on 0 ... rows - 1, shape (paths,)."""
-    zero, stream = np.zeros(1, dtype=np.uint64), np.array([FIRST_ROW << 32], dtype=np.uint64)
-    words = [threefry2x64((zero, stream), (seed, int(path)))[0][0] for path in paths]
-    return np.array([int(word) % rows for word in words], dtype=np.int64)
+    zero = np.zeros(len(paths), dtype=np.uint64)
+    words, _ = threefry2x64((zero, zero + np.uint64(FIRST_ROW << 32)), (seed, paths))
+    return (words % np.uint64(rows)).astype(np.int64)
 
 
 def _in_one_two(words: Words) -> Array:

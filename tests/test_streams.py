@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from ftcfa.streams import standard_normals, threefry2x64
+from ftcfa.streams import first_rows, normals_of_paths, standard_normals, threefry2x64
 
 DRAWS = 200_000
 SIGMAS = 5.0
@@ -168,3 +168,20 @@ def test_every_bit_of_a_large_seed_counts(seed):
 def test_seed_and_path_are_not_interchangeable():
     steps = range(100)
     assert not np.any(standard_normals(1, 2, 0, steps, 2) == standard_normals(2, 1, 0, steps, 2))
+
+
+@pytest.mark.parametrize("seed", [0, 2**40, LARGEST])
+@pytest.mark.parametrize("channels", [0, 1, 2, 5])
+def test_many_paths_at_once_have_the_numbers_of_each(seed, channels):
+    paths = np.array([0, 1, 7, 2**40, 2**63, LARGEST], dtype=np.uint64)
+    together = normals_of_paths(seed, paths, 3, channels)
+    assert together.shape == (len(paths), channels)
+    for path, row in zip(paths, together, strict=True):
+        alone = standard_normals(seed, int(path), 3, range(1), channels)[0]
+        np.testing.assert_array_equal(row, alone)
+
+
+def test_first_rows_are_words_of_the_cipher():
+    paths, rows = np.array([0, 5, 2**63, LARGEST], dtype=np.uint64), 1000
+    words = [threefry_of_integers((0, 2 * 2**32), (9, int(path)))[0] for path in paths]
+    np.testing.assert_array_equal(first_rows(9, paths, rows), [word % rows for word in words])

@@ -9,9 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from ftcfa.arrays import Array, solve_spd
-from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.model.inertia import check_spread, perturbed_pseudo_inertia, pseudo_inertia
-from ftcfa.model.tree import KinematicTree
+from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.model.inertia import (
+    check_spread,
+    inertial_parameters,
+    perturbed_pseudo_inertia,
+    pseudo_inertia,
+)
+from ftcfa.model.tree import BodyFrame, KinematicTree
 
 UNPHYSICAL = 1e-9
 """A pseudo-inertia's negative eigenvalue is rounding up to this share of its largest entry."""
@@ -19,10 +24,24 @@ FRICTION_VELOCITY = 1e-3
 """Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
 
 
-def pinocchio_model(xml: str, gravity: Array) -> pin.Model:
-    """Pinocchio's model of a URDF text in a gravity field of shape (3,) [m/s^2]."""
+def pinocchio_model(xml: str, gravity: Array, mounting: Array) -> pin.Model:
+    """Pinocchio's model of a URDF text.
+
+    Args:
+        xml: The text.
+        gravity: Gravity field in world axes, shape (3,) [m/s^2].
+        mounting: Orientation of the base in the world, shape (3, 3). The model's own base frame
+            has the world's axes, so that every quantity of the base is in these.
+    """
     model = pin.buildModelFromXML(xml)
     model.gravity.linear = gravity
+    turn = pin.SE3(mounting, np.zeros(3))
+    for i in range(1, model.njoints):
+        if model.parents[i] == 0:
+            model.jointPlacements[i] = turn * model.jointPlacements[i]
+    for frame in model.frames[1:]:  # the first is the world's
+        if frame.parentJoint == 0:
+            frame.placement = turn * frame.placement
     return model
 
 
@@ -126,6 +145,26 @@ class Arm:
         source = {**(self.source or {}), "inertias": np.asarray(inertias).tolist()}
         return replace(self, model=model, source=source)
 
+    def with_joint_friction(
+        self, damping: Array | None = None, friction: Array | None = None
+    ) -> "Arm":
+        """The same arm with other ``damping`` or ``friction`` of its joints, shape (N,) each.
+
+        Raises:
+            ShapeError: If they are not of that shape.
+            ParameterError: If one is negative or not finite.
+        """
+        given: dict[str, Any] = {"damping": damping, "friction": friction}
+        given = {name: values for name, values in given.items() if values is not None}
+        for name, values in given.items():
+            subject = f"{name} of {self.name}"
+            if np.shape(values) != (len(self.g0),):
+                raise ShapeError(subject, f"shape {np.shape(values)}", f"({len(self.g0)},)")
+            if not np.all(np.isfinite(values) & (values >= 0)):
+                raise ParameterError(subject, f"{values.tolist()}", "numbers >= 0")
+        told = {name: values.tolist() for name, values in given.items()}
+        return replace(self, **given, source={**(self.source or {}), **told})
+
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
         rows = np.asarray(inertias, dtype=float)
@@ -159,11 +198,36 @@ class Arm:
             translations=np.array([placement.translation for placement in placements]),
             axes=np.where(prismatic[:, None], axes[:, :3], axes[:, 3:]),
             prismatic=tuple(bool(p) for p in prismatic),
-            gravity=np.array(self.model.gravity.linear),
+            gravity=self.gravity,
+            frames={
+                name: BodyFrame(
+                    frame.parentJoint - 1, frame.placement.rotation, frame.placement.translation
+                )
+                for name, frame in self._frames.items()
+            },
         )
 
+    @property
+    def gravity(self) -> Array:
+        """The gravity field, shape (3,) [m/s^2]."""
+        return np.array(self.model.gravity.linear)
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Links and joints of the URDF: what `frame_jacobian` knows."""
+        return tuple(self._frames)
+
+    @cached_property
+    def _frames(self) -> dict[str, pin.Frame]:
+        """Pinocchio's frames by name; a link comes before a joint of the same name."""
+        frames = list(self.model.frames)[1:]
+        links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
+        return {frame.name: frame for frame in (*frames, *links)}
+
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in self.__dict__.items() if key != "_data"}
+        """Without the work spaces, which belong to this object."""
+        own = self.__dict__.keys() - {"_data", "_frames", "_free_flyer"}
+        return {key: self.__dict__[key] for key in own}
 
     def _check_shape(self, symbol: str, x: Array) -> None:
         if np.shape(x) != (self.n,):
@@ -223,30 +287,48 @@ class Arm:
         """M_qb(q), the joint-base block of the free-floating mass matrix, shape (n, 6).
 
         An acceleration a of the base at rest (linear, then angular, world axes, at the base
-        origin) loads the joints with -M_qb a. Taken from the centroidal momentum matrix, shifted
-        from the centre of mass to the base origin.
+        origin) loads the joints with -M_qb a; the linear part also gives gravity,
+        h(q) = -M_qb[linear] g. Taken from the centroidal momentum matrix, shifted from the centre
+        of mass to the base origin.
         """
         A = pin.computeCentroidalMap(self.model, self._data, self._model_q(q))
         A = A.reshape(6, -1)  # for a single joint Pinocchio drops the second dimension
         linear, angular = A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]
         return self.G.T @ np.vstack([linear, angular]).T
 
+    def frame_jacobian(self, frame: str, q: Array) -> Array:
+        """Jacobian of a link or joint of the URDF, shape (6, n).
+
+        It maps v to the velocity of the frame's origin and its angular velocity, in world axes;
+        its transpose maps a force and a moment there to joint forces.
+
+        Raises:
+            UnknownNameError: If there is no such frame; it lists those there are.
+        """
+        if frame not in self._frames:
+            raise UnknownNameError(f"frame of {self.name}", str(frame), self.frame_names)
+        number = self.model.getFrameId(frame, self._frames[frame].type)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        J = pin.computeFrameJacobian(self.model, self._data, self._model_q(q), number, axes)
+        return J.reshape(6, -1) @ self.G
+
     def base_rotation_force(self, q: Array, v: Array, omega: Array) -> Array:
         """Centrifugal and Coriolis load of a turning base, shape (n,) [N m or N].
 
             c_cent(q; omega, omega) + c_cor(q; omega, v)
 
-        It stands beside C v + h where the base turns with ``omega`` (base axes, shape (3,)
-        [rad/s]); the Coriolis part does no work, v^T c_cor = 0.
+        It stands beside C v + h where the base turns with ``omega`` (axes that turn with it,
+        shape (3,) [rad/s]); the Coriolis part does no work, v^T c_cor = 0.
         """
         motion = np.concatenate([np.zeros(3), omega, self._model_v(v)])
         still = np.concatenate([np.zeros(6), self._model_v(v)])
         base = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         at = np.concatenate([base, self._model_q(q)])
-        free, data = self._free_flyer()
+        free, data = self._free_flyer
         turning = pin.nonLinearEffects(free, data, at, motion)[6:].copy()
         return self.G.T @ (turning - pin.nonLinearEffects(free, data, at, still)[6:])
 
+    @cached_property
     def _free_flyer(self) -> tuple[pin.Model, pin.Data]:
         """The same model on a base that is free to move, without gravity."""
         free, fixed = pin.Model(), self.model
@@ -277,12 +359,9 @@ class Arm:
             shape: Standard deviation of the logarithm of lengths of each body.
 
         Raises:
-            ParameterError: If a spread is negative or not finite.
+            ParameterError: If a spread is no number from 0 to LARGEST_SPREAD.
         """
-        check_spread(mass=mass, centre=centre, shape=shape)
-        drawn = []
-        for body in self.model.inertias[1:]:
-            J = pin.PseudoInertia.FromInertia(body).toMatrix()
-            new = perturbed_pseudo_inertia(J, rng, mass, centre, shape)
-            drawn.append(pin.PseudoInertia.FromMatrix(new).toDynamicParameters())
-        return self.with_inertias(np.array(drawn))
+        for name, spread in (("mass", mass), ("centre", centre), ("shape", shape)):
+            check_spread(f"perturbation '{name}'", spread)
+        J = perturbed_pseudo_inertia(pseudo_inertia(self.inertias), rng, mass, centre, shape)
+        return self.with_inertias(inertial_parameters(J))

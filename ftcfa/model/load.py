@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from ftcfa.arrays import Array, vector
 from ftcfa.errors import ParameterError, UnknownNameError, UrdfError
@@ -17,6 +18,15 @@ from ftcfa.model.urdf import RobotDescription, inertia_defect, position_limits, 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
 SINGULARITY_SAMPLES = 64
+ORTHOGONAL = 1e-9
+"""Largest entry of R^T R - 1 of a rotation."""
+MOUNTINGS: Mapping[str, Array] = {
+    "floor": np.eye(3),
+    "wall": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+    "ceiling": np.diag([1.0, -1.0, -1.0]),
+}
+"""Orientations of the base in the world by name, columns its axes: on a wall its z points along
+the world's x and its x downwards; at the ceiling it is turned over about x."""
 
 Locks = Mapping[str, float] | Iterable[str]
 EffortLimit = float | Sequence[float] | Mapping[str, float]
@@ -29,6 +39,7 @@ def load_arm(
     package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
+    mounting: str | npt.ArrayLike = "floor",
 ) -> Arm:
     """Load a fixed-base arm from its URDF.
 
@@ -38,9 +49,12 @@ def load_arm(
             their home posture, zero by default).
         package_dirs: Folders in which ``package://NAME/...`` is looked for, before those of the
             environment variable ROS_PACKAGE_PATH.
-        gravity: Downward acceleration, or the gravity field, shape (3,) [m/s^2].
+        gravity: Downward acceleration, or the gravity field in world axes, shape (3,) [m/s^2].
         effort_limit: Torque limits u* that replace the URDF's: one number, n numbers, or some by
             joint name [N m or N].
+        mounting: Orientation of the base in the world: ``"floor"``, ``"wall"``, ``"ceiling"`` or a
+            rotation matrix whose columns are the axes of the base. Gravity and what shakes the
+            base stay in world axes, z upwards.
 
     Raises:
         UrdfError: If the URDF is unusable; the sentence names file, element and remedy.
@@ -49,6 +63,48 @@ def load_arm(
     """
     entry, file = _locate(robot, package_dirs)
     description = read_urdf(file)
+    source = {"robot": str(robot if entry is not None else file.resolve())}
+    return _arm(description, entry, source, lock, gravity, effort_limit, mounting)
+
+
+def arm_from_text(
+    urdf: str,
+    *,
+    robot: str = "robot.urdf",
+    lock: Locks | None = None,
+    gravity: float | Sequence[float] = 9.81,
+    effort_limit: EffortLimit | None = None,
+    mounting: str | npt.ArrayLike = "floor",
+) -> Arm:
+    """Load an arm from the text of a URDF, such as a description that was sent carries.
+
+    Args:
+        urdf: The text.
+        robot: What messages call it.
+        lock: As in `load_arm`, like the rest.
+        gravity: See there.
+        effort_limit: See there.
+        mounting: See there.
+
+    Raises:
+        UrdfError, UnknownNameError, ParameterError, ShapeError: As `load_arm`.
+    """
+    description = read_urdf(Path(robot), urdf.encode())
+    source = {"urdf": urdf, "robot": robot}
+    return _arm(description, None, source, lock, gravity, effort_limit, mounting)
+
+
+def _arm(
+    description: RobotDescription,
+    entry: CatalogueEntry | None,
+    source: Mapping[str, str],
+    lock: Locks | None,
+    gravity: float | Sequence[float],
+    effort_limit: EffortLimit | None,
+    mounting: str | npt.ArrayLike,
+) -> Arm:
+    """The arm of a URDF that was read; ``source`` says where it came from."""
+    file = description.file
     locks = _locks(description, entry, lock)
     rules = joint_rules(description, locks)
     moving = {name for name, rule in rules.items() if rule.leader is not None}
@@ -56,13 +112,14 @@ def load_arm(
         raise UrdfError(str(file), "no joint moves", "at least one free joint", "lock fewer joints")
     warnings = _lint_links(description, moving)
     field = _gravity_field(gravity)
-    model = pinocchio_model(description.pinocchio_xml(), field)
+    turn = _mounting(mounting)
+    model = pinocchio_model(description.pinocchio_xml(), field, turn)
     names = tuple(name for name in model.names[1:] if rules[name].leader == name)
     G, g0 = _coordinate_map(list(model.names[1:]), names, rules)
     lower, upper, velocity = _limits(description, names, warnings)
     effort = _effort_limit(description, names, effort_limit)
     arm = Arm(
-        name=description.robot.name if entry is None else str(robot),
+        name=description.robot.name if entry is None else source["robot"],
         model=model,
         G=G,
         g0=g0,
@@ -77,10 +134,11 @@ def load_arm(
         home=np.array([_home(description, entry, name) for name in names]),
         warnings=tuple(warnings),
         source={
-            "robot": str(robot if entry is not None else file.resolve()),
+            **source,
             "lock": dict(locks),
             "gravity": field.tolist(),
             "effort_limit": effort.tolist(),
+            "mounting": turn.tolist(),
         },
     )
     _refuse_singular(file, arm)
@@ -149,6 +207,25 @@ def _gravity_field(gravity: float | Sequence[float]) -> Array:
     """The field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
     field = vector("gravity", gravity, 3)
     return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
+
+
+def _mounting(mounting: str | npt.ArrayLike) -> Array:
+    """Orientation of the base in the world, shape (3, 3)."""
+    if isinstance(mounting, str):
+        if mounting not in MOUNTINGS:
+            raise UnknownNameError("mounting", mounting, tuple(MOUNTINGS))
+        return MOUNTINGS[mounting]
+    try:
+        R = np.asarray(mounting, dtype=float)
+    except (TypeError, ValueError):
+        R = np.zeros(0)
+    if R.shape != (3, 3) or not (
+        np.abs(R.T @ R - np.eye(3)).max() <= ORTHOGONAL and np.linalg.det(R) > 0
+    ):
+        known = ", ".join(f'"{name}"' for name in MOUNTINGS)
+        got = mounting.tolist() if isinstance(mounting, np.ndarray) else mounting
+        raise ParameterError("mounting", repr(got), f"{known} or a rotation matrix (3, 3)")
+    return R
 
 
 def _lint_links(description: RobotDescription, moving: set[str]) -> list[str]:

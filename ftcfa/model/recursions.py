@@ -72,6 +72,8 @@ class Chain:
 
     Attributes:
         parents: Index of each moving joint's parent, -1 for the base.
+        frames: Index of the moving joint that carries each frame of the arm, and the frame's origin
+            there, by name.
         regrouping: Linear map from the parameters of the arm's N bodies to those of the moving
             joints' regrouped bodies, shape (moving ENTRIES, N ENTRIES).
     """
@@ -101,6 +103,15 @@ class Chain:
         ancestors = [placements[i][0] for i in moving]
         self.parents = [moving.index(p) if p >= 0 else -1 for p in ancestors]
         self.placements = [placements[i][1:] for i in moving]
+        self.frames: dict[str, tuple[int, Array]] = {}
+        for name, frame in tree.frames.items():
+            j, r = frame.joint, frame.translation
+            if j >= 0:
+                r = turns[j].T @ r
+                if j not in moving:
+                    j, R0, r0 = placements[j]
+                    r = r0 + R0 @ r
+            self.frames[name] = (moving.index(j) if j >= 0 else -1, r)
 
         parameters = ca.SX.sym("parameters", ENTRIES, N)
         bodies = [Body.of(parameters[:, i]).turned(turns[i]) for i in range(N)]
@@ -115,7 +126,7 @@ class Chain:
         jacobian = ca.Function("regrouping", [parameters], [ca.jacobian(regrouped, parameters)])
         self.regrouping = np.asarray(ca.DM(jacobian(0)))
 
-    def frames(self, q: ca.SX) -> "list[Frame]":
+    def joint_frames(self, q: ca.SX) -> "list[Frame]":
         """The joint frames at coordinates q of the moving joints."""
         return [Frame(i, R, r, q[i], self.prismatic[i]) for i, (R, r) in enumerate(self.placements)]
 
@@ -132,7 +143,7 @@ class Chain:
             omega: Angular velocity of the base, shape (3,) [rad/s].
         """
         z = ca.DM([0, 0, 1])
-        frames = self.frames(q)
+        frames = self.joint_frames(q)
         base = (omega, ca.SX(3, 1), -gravity)
         motion: list[tuple[ca.SX, ca.SX, ca.SX]] = []
         wrenches = []
@@ -161,7 +172,7 @@ class Chain:
 
     def composite_inertia(self, q: ca.SX, bodies: list[Body]) -> tuple[ca.SX, ca.SX]:
         """M and M_qb of the moving joints, by composite rigid bodies."""
-        frames = self.frames(q)
+        frames = self.joint_frames(q)
         composite = list(bodies)
         N = len(frames)
         M, coupling = ca.SX(N, N), ca.SX(N, 6)
@@ -177,6 +188,23 @@ class Chain:
                 j = self.parents[j]
             coupling[i, :] = ca.vertcat(force, moment).T
         return M, coupling
+
+    def jacobian(self, q: ca.SX, frame: str) -> ca.SX:
+        """Jacobian (6, N) of a frame's origin and turning, in the axes of the base."""
+        frames, z = self.joint_frames(q), ca.SX(ca.DM([0, 0, 1]))
+        i, point = self.frames[frame]
+        x = ca.SX(ca.DM(point))
+        columns: dict[int, tuple[ca.SX, ca.SX]] = {}  # in the axes of joint i
+        while i >= 0:
+            columns[i] = (z, ca.SX(3, 1)) if self.prismatic[i] else (ca.cross(z, x), z)
+            up = frames[i].rotate
+            columns = {j: (up(linear), up(angular)) for j, (linear, angular) in columns.items()}
+            x = frames[i].r + up(x)
+            i = self.parents[i]
+        J = ca.SX(6, len(frames))
+        for j, (linear, angular) in columns.items():
+            J[:, j] = ca.vertcat(linear, angular)
+        return J
 
 
 class Frame:

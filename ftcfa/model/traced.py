@@ -54,6 +54,7 @@ class TracedArm:
         lower: Lower joint limits, shape (n,).
         upper: Upper joint limits, shape (n,).
         velocity_limit: Shape (n,).
+        gravity: The gravity field, shape (3,) [m/s^2].
         linear_map: G, shape (N, n); a constant here, so not of the Arm's name.
         damping: Viscous friction, shape (N,).
         friction: Coulomb friction, shape (N,).
@@ -69,6 +70,7 @@ class TracedArm:
     lower: Array
     upper: Array
     velocity_limit: Array
+    gravity: Array
     linear_map: Array
     damping: Array
     friction: Array
@@ -87,6 +89,7 @@ class TracedArm:
             lower=arm.lower,
             upper=arm.upper,
             velocity_limit=arm.velocity_limit,
+            gravity=arm.gravity,
             linear_map=arm.G,
             damping=arm.damping,
             friction=arm.friction,
@@ -207,6 +210,12 @@ class TracedArm:
     def base_coupling(self, q: Array) -> Array:
         """M_qb(q), shape (n, 6)."""
         return array(self._inertia(column(q), self._parameters)[1], 2)
+
+    def frame_jacobian(self, frame: str, q: Array) -> Array:
+        """Jacobian of a link or joint of the URDF, shape (6, n); see `Arm.frame_jacobian`."""
+        chain = self.chain
+        J = chain.jacobian(chain.G @ column(q) + chain.g0, frame)
+        return array(J @ chain.G, 2)
 
 
 _twins: WeakKeyDictionary[Arm, TracedArm] = WeakKeyDictionary()

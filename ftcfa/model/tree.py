@@ -1,8 +1,21 @@
 """The constants of a tree of single-axis joints, as plain arrays."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ftcfa.arrays import Array
+
+
+class BodyFrame(NamedTuple):
+    """A frame fixed to a body of the tree."""
+
+    joint: int
+    """Index of the joint that carries it, -1 for the base."""
+    rotation: Array
+    """From the frame to the joint frame, shape (3, 3)."""
+    translation: Array
+    """Its origin in the joint frame, shape (3,) [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +28,8 @@ class KinematicTree:
         translations: Origin of the joint frame in the parent frame, shape (N, 3) [m].
         axes: Unit axis in the joint frame, shape (N, 3).
         prismatic: Whether a joint slides along its axis rather than turns about it.
-        gravity: Gravity field in the base frame, shape (3,) [m/s^2].
+        gravity: Gravity field, shape (3,) [m/s^2].
+        frames: Links and joints of the URDF, by name.
     """
 
     parents: tuple[int, ...]
@@ -24,3 +38,4 @@ class KinematicTree:
     axes: Array
     prismatic: tuple[bool, ...]
     gravity: Array
+    frames: Mapping[str, BodyFrame]

@@ -63,13 +63,18 @@ class RobotDescription:
         moved = _carried_by(self.robot, children)
         return [link for link in self.robot.links if link.name in moved]
 
+    @property
+    def text(self) -> str:
+        """The URDF cut down to what dynamics needs: it loads as the same robot."""
+        return etree.tostring(self.root, encoding="unicode")
+
     def pinocchio_xml(self) -> str:
         """The tree as Pinocchio reads it best.
 
         Continuous joints become revolute (one coordinate, not cosine and sine); mimic, limit and
         dynamics tags go, because coordinates, limits and friction are the Arm's.
         """
-        root = etree.fromstring(etree.tostring(self.root))
+        root = etree.fromstring(self.text)
         for joint in root.findall("joint"):
             etree.strip_elements(joint, "mimic", "limit", "dynamics")
             if joint.get("type") != "fixed":
@@ -78,16 +83,16 @@ class RobotDescription:
         return etree.tostring(root, encoding="unicode")
 
 
-def read_urdf(file: Path) -> RobotDescription:
-    """Read a URDF file and check its tree.
+def read_urdf(file: Path, text: bytes | None = None) -> RobotDescription:
+    """Read a URDF file, or the text of one that messages call ``file``, and check its tree.
 
     Raises:
         UrdfError: If the file cannot be read, is not a URDF, or is not one tree of fixed,
             revolute, continuous and prismatic joints.
     """
-    root = read_xml(file)
-    text = io.BytesIO(etree.tostring(root))
-    robot = yourdfpy.URDF.load(text, build_scene_graph=False, load_meshes=False).robot
+    root = read_xml(file, text)
+    stream = io.BytesIO(etree.tostring(root, encoding="utf-8"))
+    robot = yourdfpy.URDF.load(stream, build_scene_graph=False, load_meshes=False).robot
     _check_tree(file, robot)
     return RobotDescription(file, robot, root)
 

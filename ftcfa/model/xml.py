@@ -40,13 +40,17 @@ _REQUIRED = {  # attributes that may not be missing where the element occurs
 }
 
 
-def read_xml(file: Path) -> etree._Element:
+def read_xml(file: Path, text: bytes | None = None) -> etree._Element:
     """The <robot> of a URDF file, cut down to links, joints and their children that count.
+
+    Args:
+        file: Where it lies, or what messages call it if the ``text`` is given.
+        text: What stands in it; read from the file if None.
 
     Raises:
         UrdfError: If the file cannot be read, is not a URDF, or an element lacks what it needs.
     """
-    root = _cut_down(_parse(file, _read_bytes(file)))
+    root = _cut_down(_parse(file, _read_bytes(file) if text is None else text))
     _check_elements(file, root)
     return root
 

@@ -8,7 +8,11 @@ from hypothesis import strategies as st
 
 from ftcfa import Arm, ParameterError, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.inertia import mass_matrix_bounds, perturbed_pseudo_inertia
+from ftcfa.model.inertia import (
+    mass_matrix_bounds,
+    perturbed_pseudo_inertia,
+    quadratic_gradient,
+)
 
 ROUNDING = 1e-12
 """Relative to the largest entry."""
@@ -135,11 +139,36 @@ def test_spreads_are_the_standard_deviations_that_they_say() -> None:
 
 
 @pytest.mark.parametrize("spread", ["mass", "centre", "shape"])
-@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf, "much", None])
+@pytest.mark.parametrize("value", [-0.1, 2.01, 1e300, np.nan, np.inf, "much", None, True])
 def test_an_impossible_spread_is_refused(spread: str, value: object) -> None:
     with pytest.raises(ParameterError) as caught:
         ARMS["panda"].perturbed(np.random.default_rng(0), **{spread: value})  # type: ignore[arg-type]
-    assert str(caught.value) == f"perturbation '{spread}': {value!r}, expected a number >= 0"
+    assert str(caught.value) == f"perturbation '{spread}': {value!r}, expected a number from 0 to 2"
+
+
+@pytest.mark.parametrize("name", PERTURBED)
+def test_the_largest_spreads_give_robots_that_can_be_computed(name: str) -> None:
+    arm, rng = ARMS[name], np.random.default_rng(3)
+    for _ in range(200):
+        drawn = arm.perturbed(rng, mass=2.0, centre=2.0, shape=2.0)
+        for body, original in zip(bodies(drawn), bodies(arm), strict=True):
+            assert_possible_body(body, original)
+        M = drawn.mass_matrix(rng.uniform(-3, 3, arm.n))
+        scale = np.sqrt(np.diag(M))  # joints differ by many digits: M in units of their own
+        assert np.linalg.eigvalsh(M / np.outer(scale, scale))[0] > 0
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "panda", "tiago_arm"])
+def test_the_gradient_of_a_quadratic_form_is_that_of_differences(name: str) -> None:
+    arm, rng, step = ARMS[name], np.random.default_rng(4), 1e-5
+    for _ in range(10):
+        q, x = rng.uniform(-1, 1, (2, arm.n))
+        differences = [
+            x @ (arm.mass_matrix(q + d) - arm.mass_matrix(q - d)) @ x / (2 * step)
+            for d in step * np.eye(arm.n)
+        ]
+        slack = 1e-8 * np.linalg.norm(arm.mass_matrix(q))  # rounding over the step, step squared
+        np.testing.assert_allclose(quadratic_gradient(arm, q, x), differences, rtol=0, atol=slack)
 
 
 def test_bounds_of_the_pendulum_equal_its_closed_form() -> None:

@@ -1,0 +1,134 @@
+"""The paper's split of the inertia, M = Mbar + dM: Lemma 5, and Assumption 3 in numbers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftcfa.arrays import Array, counting
+from ftcfa.model.arm import Arm
+from ftcfa.model.inertia import joint_box, least, mass_matrix_bounds, quadratic_gradient
+from ftcfa.model.uncertainty import Uncertainty
+
+POSTURES = 64
+"""Postures at which every drawn robot is compared with the nominal one."""
+IMPROVED = 8
+"""Drawn robots, the worst ones, whose posture is then optimised."""
+
+
+@dataclass(frozen=True, eq=False)
+class InertiaSplit:
+    """M = Mbar + dM at a posture, as the paper has it from Assumption 2 on.
+
+    Attributes:
+        nominal: Mbar, shape (n, n) [kg m^2 or kg]: the inertia that the controller knows.
+        change: dM = M - Mbar, shape (n, n).
+    """
+
+    nominal: Array
+    change: Array
+
+    @property
+    def inverse_change(self) -> Array:
+        """M^-1 - Mbar^-1, shape (n, n), by Lemma 5 (repaired: the paper prints I + Mbar dM).
+
+        -Mbar^-1 dM (I + Mbar^-1 dM)^-1 Mbar^-1                                            (2)
+        """
+        identity = np.eye(len(self.nominal))
+        inverse = np.linalg.solve(self.nominal, identity)
+        relative = np.linalg.solve(self.nominal, self.change)
+        return -relative @ np.linalg.solve(identity + relative, inverse)
+
+
+def inertia_split(nominal: Arm, arm: Arm, q: Array) -> InertiaSplit:
+    """The inertia of an arm, split into that of its nominal model and the rest.
+
+    Args:
+        nominal: The robot that the controller knows.
+        arm: The true robot, with as many joints.
+        q: Posture, shape (n,) [rad or m].
+
+    Raises:
+        ShapeError: If q is of another shape.
+    """
+    Mbar = nominal.mass_matrix(q)
+    return InertiaSplit(Mbar, arm.mass_matrix(q) - Mbar)
+
+
+@dataclass(frozen=True, eq=False)
+class InertiaBounds:
+    """Assumption 3 in numbers: Mmin |x|^2 <= x^T Mbar x <= Mmax |x|^2 and |dM| <= dM*.
+
+    In kg m^2 for revolute joints, kg for prismatic ones.
+
+    Attributes:
+        smallest: Mmin, of the nominal arm over its joint range.
+        largest: Mmax, likewise.
+        change: dM*, the largest spectral norm of dM over the joint range and the robots drawn.
+        draws: How many robots were drawn; 0 without uncertainty.
+        path: Number of the worst one, for `Uncertainty.robot`; None without uncertainty.
+        posture: Where it is worst, shape (n,) [rad or m]; None without uncertainty.
+    """
+
+    smallest: float
+    largest: float
+    change: float = 0.0
+    draws: int = 0
+    path: int | None = None
+    posture: Array | None = None
+
+
+def inertia_bounds(
+    arm: Arm, uncertainty: Uncertainty | None = None, *, draws: int = 1000, seed: int = 0
+) -> InertiaBounds:
+    """Mmin, Mmax and dM* of Assumption 3, by search over postures and robots.
+
+    All three are the extremes that were found, not proven bounds. dM* is that of the robots drawn,
+    each compared with the nominal one at POSTURES postures, the worst ones over the joint range:
+    more draws can only raise it. A log-normal distribution has no largest dM; what is given then
+    is an extreme of so many draws.
+
+    Args:
+        arm: The nominal arm.
+        uncertainty: The robots around it; without, dM* is zero.
+        draws: How many robots: those of the paths 0, 1, ...
+        seed: Seed of the draws, 0 <= seed < 2^64.
+
+    Raises:
+        ParameterError, UnknownNameError: As of `Uncertainty.draw`, or if ``draws`` is no count.
+    """
+    smallest, largest = mass_matrix_bounds(arm)
+    if uncertainty is None:
+        return InertiaBounds(smallest, largest)
+    counting("draws", draws)
+    inertias = uncertainty.draw(arm, seed, range(draws))["arm.inertias"]
+    postures = np.random.default_rng(0).uniform(*joint_box(arm), (POSTURES, arm.n))
+    norms = np.array([_norms(arm, arm.with_inertias(rows), postures) for rows in inertias])
+    worst = np.argsort(norms.max(axis=1))[::-1][:IMPROVED]
+    found = [
+        (*_largest_change(arm, inertias[path], postures[norms[path].argmax()]), int(path))
+        for path in worst
+    ]
+    change, posture, path = max(found, key=lambda each: each[0])
+    return InertiaBounds(smallest, largest, change, draws, path, posture)
+
+
+def _norms(nominal: Arm, robot: Arm, postures: Array) -> Array:
+    """Spectral norm of dM at some postures, shape (postures,)."""
+    changes = np.array([inertia_split(nominal, robot, q).change for q in postures])
+    return np.abs(np.linalg.eigvalsh(changes)).max(axis=1)
+
+
+def _largest_change(nominal: Arm, inertias: Array, start: Array) -> tuple[float, Array]:
+    """A local maximum of the norm of dM over postures, and its posture."""
+    robot = nominal.with_inertias(inertias)
+
+    def objective(q: Array) -> tuple[float, Array]:
+        values, vectors = np.linalg.eigh(inertia_split(nominal, robot, q).change)
+        k = np.abs(values).argmax()
+        gradient = quadratic_gradient(robot, q, vectors[:, k]) - quadratic_gradient(
+            nominal, q, vectors[:, k]
+        )
+        return -np.abs(values[k]), -np.sign(values[k]) * gradient
+
+    negative, posture = least(objective, start, nominal)
+    return -negative, posture

@@ -1,0 +1,241 @@
+"""Robots that are not quite the model: a distribution of possible robots around a nominal arm."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.special import ndtr
+
+from ftcfa.arrays import Array, vector
+from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.model.arm import Arm
+from ftcfa.model.inertia import (
+    changed_pseudo_inertia,
+    check_spread,
+    inertial_parameters,
+    pseudo_inertia,
+)
+from ftcfa.model.tree import BodyFrame, KinematicTree
+from ftcfa.streams import ROBOT, Words, natural, normals_of_paths
+
+Distribution = Literal["log-normal", "bounded"]
+DISTRIBUTIONS = ("log-normal", "bounded")
+DEVIATES = 12
+"""Random numbers of a joint and its body: mass, centre (3), strains (3), shears (3), damping and
+Coulomb friction."""
+FRICTION_DEVIATES = {"damping": 10, "friction": 11}
+CHUNK = 512
+"""Robots drawn at once: few enough to stay in the processor's cache."""
+TIE_DIGITS = 9
+"""Ways that differ by less than a nanometre are as long."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """A distribution of possible robots around a nominal arm; what is not given is certain.
+
+    Every body is drawn by itself. With the ``"log-normal"`` distribution n is a standard normal
+    deviate; with the ``"bounded"`` one it is uniform on [-1, 1]:
+
+        mass      m -> m exp(s n)  or  m (1 + s n)
+        centre    c -> c + s n, for each coordinate
+        shape     x - c -> exp(E) (x - c),   E_ii = s n,   E_ij = E_ji = s n / sqrt(2)
+        friction  as the mass, for damping and Coulomb friction of every joint
+
+    The deformed body's mass distribution gives its rotational inertia, so every draw is physical,
+    and mass, centre and inertia are correlated as physics demands (`changed_pseudo_inertia`).
+    Normal strains of ``"log-normal"`` are as large along any direction. Massless bodies stay.
+
+    Attributes:
+        mass: Spread of the mass, relative.
+        centre: Spread of the centre of mass [m].
+        shape: Spread of the strain of each body's distribution of mass.
+        friction: Spread of damping and Coulomb friction, relative.
+        payload: Smallest and largest mass of a point mass, uniform in between [kg]; None for none.
+        payload_frame: Link or joint that carries it. By default the tip: of those that the most
+            joints move, the one with the longest way from the base along the links; of several
+            such frames, the URDF's last.
+        payload_offset: Where it sits in that frame, shape (3,) [m].
+        distribution: ``"log-normal"`` or ``"bounded"``.
+
+    Raises:
+        ParameterError, ShapeError, UnknownNameError: If a field is of the wrong range, shape or
+            name.
+    """
+
+    mass: float = 0.0
+    centre: float = 0.0
+    shape: float = 0.0
+    friction: float = 0.0
+    payload: tuple[float, float] | None = None
+    payload_frame: str | None = None
+    payload_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    distribution: Distribution = "log-normal"
+
+    def __post_init__(self) -> None:
+        if self.distribution not in DISTRIBUTIONS:
+            raise UnknownNameError("distribution", str(self.distribution), DISTRIBUTIONS)
+        for name in ("mass", "centre", "shape", "friction"):
+            check_spread(f"Uncertainty {name}", getattr(self, name))
+        for name in ("mass", "friction"):
+            if self.distribution == "bounded" and getattr(self, name) >= 1:
+                raise ParameterError(
+                    f"Uncertainty {name}",
+                    repr(getattr(self, name)),
+                    "a number below 1",
+                    'take distribution="log-normal" for larger spreads',
+                )
+        offset = vector("Uncertainty payload_offset", self.payload_offset, 3)
+        object.__setattr__(self, "payload_offset", tuple(offset.tolist()))
+        if self.payload is not None:
+            low, high = vector("Uncertainty payload", self.payload, 2).tolist()
+            if not 0 <= low <= high:
+                raise ParameterError(
+                    "Uncertainty payload", f"({low:g}, {high:g})", "0 <= smallest <= largest [kg]"
+                )
+            object.__setattr__(self, "payload", (low, high))
+        elif self.payload_frame is not None or np.any(offset):
+            raise ParameterError(
+                "Uncertainty payload_frame and payload_offset",
+                "no payload",
+                "a payload that is there",
+                "give payload=(smallest, largest)",
+            )
+
+    def draw(self, arm: Arm, seed: int, paths: Iterable[int]) -> dict[str, Array]:
+        """The robots of some paths, as `simulate_paths` takes them in ``vary``.
+
+        The robot of a path belongs to (seed, path) alone: it is the same whichever others are
+        drawn, and a spread changes only what it is the spread of.
+
+        Args:
+            arm: The nominal arm.
+            seed: Seed of the experiment, 0 <= seed < 2^64.
+            paths: Numbers of the paths, 0 <= path < 2^64.
+
+        Returns:
+            ``arm.inertias``, shape (paths, N, 10), and where ``friction`` is asked for and the
+            arm has it, ``arm.damping`` and ``arm.friction``, shape (paths, N).
+
+        Raises:
+            UnknownNameError: If the arm has no frame ``payload_frame``; it lists those it has.
+            ParameterError: If the arm has nothing of what is uncertain, or a number is no seed
+                or path.
+        """
+        self.check(arm)
+        seed = natural("seed", seed)
+        numbers = np.array([natural("path", path) for path in paths], dtype=np.uint64)
+        starts = range(0, max(1, len(numbers)), CHUNK)
+        chunks = [self._draw(arm, seed, numbers[i : i + CHUNK]) for i in starts]
+        return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
+
+    def robot(self, arm: Arm, seed: int, path: int) -> Arm:
+        """The robot of one path.
+
+        Args, raises: as of `draw`.
+        """
+        drawn = {k.removeprefix("arm."): v[0] for k, v in self.draw(arm, seed, [path]).items()}
+        return arm.with_inertias(drawn.pop("inertias")).with_joint_friction(**drawn)
+
+    def check(self, arm: Arm) -> None:
+        """Raise unless an arm has what is uncertain.
+
+        Raises:
+            UnknownNameError: If it has no frame ``payload_frame``; it lists those it has.
+            ParameterError: If it is no Arm, if nothing moves the frame, or if it has no friction.
+        """
+        if not isinstance(arm, Arm):
+            raise ParameterError(
+                "uncertain robot", f"a {type(arm).__name__}", "an Arm, such as load_arm gives"
+            )
+        if self.friction > 0 and not _friction_of(arm):
+            raise ParameterError(
+                f"uncertain friction of {arm.name}",
+                "no friction",
+                "an arm with damping or Coulomb friction",
+                "write <dynamics> into its URDF, or leave friction out",
+            )
+        if self.payload is not None:
+            self._carrier(arm)
+
+    def _carrier(self, arm: Arm) -> BodyFrame:
+        """The frame that carries the payload."""
+        tree = arm.tree()
+        if self.payload_frame is None:
+            return tree.frames[_tip(arm, tree)]
+        if self.payload_frame not in tree.frames:
+            known = tuple(tree.frames)
+            raise UnknownNameError(f"payload_frame of {arm.name}", str(self.payload_frame), known)
+        frame = tree.frames[self.payload_frame]
+        if not any(arm.G[j].any() for j in _joints_above(tree, frame)):
+            raise ParameterError(
+                f"payload_frame '{self.payload_frame}' of {arm.name}",
+                "a frame that no joint moves",
+                f"one that carries its payload, such as '{_tip(arm, tree)}'",
+            )
+        return frame
+
+    def _draw(self, arm: Arm, seed: int, paths: Words) -> dict[str, Array]:
+        N = len(arm.g0)
+        normals = normals_of_paths(seed, paths, ROBOT, 1 + DEVIATES * N)
+        n = normals[:, 1:].reshape(len(paths), N, DEVIATES)
+        n = n if self.distribution == "log-normal" else 2.0 * ndtr(n) - 1.0
+        J = changed_pseudo_inertia(
+            pseudo_inertia(arm.inertias),
+            self._factor(self.mass, n[..., 0]),
+            self.centre * n[..., 1:4],
+            self.shape * _strain(n[..., 4:10]),
+        )
+        if self.payload is not None:
+            low, high = self.payload
+            joint, rotation, translation = self._carrier(arm)
+            x = np.append(translation + rotation @ self.payload_offset, 1.0)
+            load = low + (high - low) * ndtr(normals[:, 0])
+            J[:, joint] += load[:, None, None] * np.outer(x, x)
+        drawn = {"arm.inertias": inertial_parameters(J)}
+        if self.friction > 0:
+            for name, nominal in _friction_of(arm).items():
+                factor = self._factor(self.friction, n[..., FRICTION_DEVIATES[name]])
+                drawn[f"arm.{name}"] = nominal * factor
+        return drawn
+
+    def _factor(self, spread: float, n: Array) -> Array:
+        return np.exp(spread * n) if self.distribution == "log-normal" else 1.0 + spread * n
+
+
+def _strain(n: Array) -> Array:
+    """Symmetric matrices, shape (..., 3, 3), of diagonal and off-diagonal numbers, (..., 6)."""
+    xx, yy, zz, xy, xz, yz = np.moveaxis(n * [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]], -1, 0)
+    entries = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)
+    return entries.reshape(*n.shape[:-1], 3, 3)
+
+
+def _friction_of(arm: Arm) -> dict[str, Array]:
+    """Damping and Coulomb friction, where a moving joint has them."""
+    moving = arm.G.any(axis=1)
+    given = {"damping": arm.damping, "friction": arm.friction}
+    return {name: values for name, values in given.items() if values[moving].any()}
+
+
+def _joints_above(tree: KinematicTree, frame: BodyFrame) -> list[int]:
+    """Joints between a frame and the base."""
+    joints, joint = [], frame.joint
+    while joint >= 0:
+        joints.append(joint)
+        joint = tree.parents[joint]
+    return joints
+
+
+def _tip(arm: Arm, tree: KinematicTree) -> str:
+    """Name of the frame farthest down the chain; see `Uncertainty.payload_frame`."""
+    lengths = np.linalg.norm(tree.translations, axis=1)
+
+    def distance(name: str) -> tuple[int, float]:
+        frame = tree.frames[name]
+        joints = _joints_above(tree, frame)
+        moving = sum(bool(arm.G[j].any()) for j in joints)
+        way = np.linalg.norm(frame.translation) + sum(lengths[j] for j in joints)
+        return moving, round(float(way), TIE_DIGITS)
+
+    return max(reversed(tuple(tree.frames)), key=distance)
