@@ -46,7 +46,7 @@ def check_pure(loop: ClosedLoop) -> None:
             something else than numbers.
     """
     state = loop.init(Desired(*(row[0] for row in loop.reference.at(np.zeros(1)))))
-    for leaf in leaves(state.controller):
+    for leaf in leaves(state[1:]):
         if not isinstance(leaf, np.ndarray | Number):
             raise TracingError(
                 f"{_author(loop, START)}: {START}",
@@ -102,12 +102,12 @@ def _samples(loop: ClosedLoop) -> Iterator[Sample]:
         normals = rng.standard_normal(process.normals)
         row = process.rows[k % len(process.rows)]
         with np.errstate(all="ignore"):
-            signals, controller = loop.control(state, desired)
+            signals, after = loop.control(state, desired)
             motion = loop.advance(state.motion, signals["u"], normals, row)
         results |= {name: flat(value) for name, value in signals.items()}
-        results |= {MEMORY: flat(controller), MOTION: flat(motion)}
+        results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
         yield Sample(state, desired, initial, normals, row, results)
-        state = LoopState(motion, controller)
+        state = after._replace(motion=motion)
 
 
 def _compare(

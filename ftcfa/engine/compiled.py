@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Signals
+from ftcfa.engine.flatten import flat
+from ftcfa.engine.paths import Paths
 from ftcfa.engine.program import Program, compile_loop
 from ftcfa.engine.trace import TracedLoop, trace
 from ftcfa.engine.vector_math import Target, host_target
@@ -32,7 +34,7 @@ def run_compiled(
     varied: Mapping[str, Array],
     threads: int | None = None,
     target: Target | None = None,
-) -> tuple[Signals, Array]:
+) -> Paths:
     """Run many paths.
 
     Args:
@@ -46,9 +48,6 @@ def run_compiled(
         threads: Threads; as many as this process may use by default.
         target: Vectors to compile for; the machine's own by default.
 
-    Returns:
-        The signals over paths and kept samples, each of shape (paths, kept, ...), NaN from
-        divergence on; and the times of divergence, shape (paths,) [s], NaN where there was none.
     """
     target = host_target() if target is None else target
     traced = trace(loop, names, tuple(varied))
@@ -71,11 +70,14 @@ def run_compiled(
         parameters=_parameters(traced, varied, len(paths), program.lanes),
         record=np.empty((blocks * program.lanes, kept, program.signals)),
         death=np.full((blocks, program.lanes), np.nan),
+        observed=np.empty((blocks, flat(traced.observer).size, program.lanes)),
     )
     _run_blocks(work, blocks, threads)
     record = work.record[: len(paths)]
-    death = work.death.reshape(-1)[: len(paths)] * loop.period
-    return _split(record, traced), death
+    died = work.death.reshape(-1)[: len(paths)] * loop.period
+    rows = work.observed.transpose(0, 2, 1)  # (blocks, lanes, entries)
+    observed = rows.reshape(len(work.record), rows.shape[2])[: len(paths)]
+    return Paths.of(_split(record, traced), died, observed, traced.observer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,7 @@ class _Work:
     parameters: Array  # (blocks, entries, lanes)
     record: Array  # (blocks lanes, kept, signals)
     death: Array  # (blocks, lanes)
+    observed: Array  # (blocks, entries, lanes)
 
     def block(self, b: int, stop: Event) -> None:
         """Run one block to its end, or until asked to stop."""
@@ -128,6 +131,7 @@ class _Work:
                 record[0].size,
                 death.ctypes.data,
             )
+        self.observed[b] = state[program.states - self.observed.shape[1] :]
 
 
 def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from ftcfa.arrays import Array
-from ftcfa.control.protocol import Signals
+from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.describe import describe
 
@@ -37,8 +37,7 @@ UNITS = {
 def trajectories(
     loop: ClosedLoop,
     time: Array,
-    signals: Signals,
-    died: Array,
+    run: Paths,
     paths: npt.NDArray[np.uint64],
     varied: Mapping[str, Array],
 ) -> xr.Dataset:
@@ -47,8 +46,7 @@ def trajectories(
     Args:
         loop: The closed loop that ran.
         time: Times of the samples, shape (T,) [s].
-        signals: Signals by name, each of shape (paths, T, ...).
-        died: Times of divergence, shape (paths,) [s]; NaN where there was none.
+        run: Signals over paths and time, and times of divergence.
         paths: Numbers of the paths.
         varied: Parameters that differ from path to path, each of shape (paths, ...); they become
             coordinates.
@@ -73,11 +71,11 @@ def trajectories(
         dataset = dataset.assign_coords({name: (("path", *inner(name, values.shape[1:])), values)})
     q_d = loop.reference.at(time).q
     dataset["q_d"] = (("time", "joint"), q_d, _attributes(loop, "q_d", True))
-    for name, values in signals.items():
+    for name, values in run.signals.items():
         dims = inner(name, values.shape[2:])
         attributes = _attributes(loop, name, "joint" in dims)
         dataset[name] = (("path", "time", *dims), values, attributes)
-    squares = sum((signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
+    squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
     dataset["ote"] = (
         ("path", "time"),
         np.sqrt(squares),
@@ -85,7 +83,7 @@ def trajectories(
     )
     dataset["diverged_at"] = (
         ("path",),
-        died,
+        run.died,
         {"units": "s", "long_name": "time of divergence, NaN if none"},
     )
     return dataset

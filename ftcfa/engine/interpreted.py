@@ -7,9 +7,11 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
+from ftcfa.engine.flatten import flat
 from ftcfa.engine.parameters import with_parameter
+from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
-from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_normals
+from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 CHUNK = 4096
 """Samples whose noise is drawn at once."""
@@ -23,7 +25,7 @@ def run_interpreted(
     paths: npt.NDArray[np.uint64],
     names: Sequence[str],
     varied: Mapping[str, Array],
-) -> tuple[Signals, Array]:
+) -> Paths:
     """Run paths one after the other.
 
     Args, returns: as of `ftcfa.engine.compiled.run_compiled`.
@@ -32,20 +34,27 @@ def run_interpreted(
     shapes = loop.signal_shapes()
     record = {name: np.full((len(paths), kept, *shapes[name]), np.nan) for name in names}
     died = np.full(len(paths), np.nan)
+    start = _start(loop, seed, 0)
+    observed = np.full((len(paths), flat(start.observer).size), np.nan)
     for i, path in enumerate(paths):
         own = loop
         for name, values in varied.items():
             own = with_parameter(own, name, values[i])
         rows = {name: record[name][i] for name in names}
-        died[i] = _run_path(own, samples, record_every, seed, int(path), rows)
-    return record, died
+        died[i], state = _run_path(own, samples, record_every, seed, int(path), rows)
+        observed[i] = flat(state.observer)
+    return Paths.of(record, died, observed, start.observer)
 
 
 def _run_path(
     loop: ClosedLoop, samples: int, record_every: int, seed: int, path: int, rows: Signals
-) -> float:
-    """Fill the rows of one path; returns the time at which it diverged [s], NaN if it did not."""
-    state = None
+) -> tuple[float, LoopState]:
+    """Fill the rows of one path.
+
+    Returns:
+        The time at which it diverged [s], NaN if it did not, and its state at the end.
+    """
+    state = _start(loop, seed, path)
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, samples, CHUNK):
             ticks = range(start, min(start + CHUNK, samples))
@@ -53,28 +62,24 @@ def _run_path(
             noise, rows_of_noise = _noise(loop, ticks, seed, path)
             for k, tick in enumerate(ticks):
                 now = Desired(*(row[k] for row in desired))
-                state = _initial(loop, now, seed, path) if state is None else state
                 if not alive(state):
-                    return tick * loop.period
+                    return tick * loop.period, state
                 signals, state = loop.step(state, now, noise[k], rows_of_noise[k])
                 if tick % record_every == 0:
                     for name, row in rows.items():
                         row[tick // record_every] = signals[name]
-    return np.nan
+    return np.nan, state
 
 
-def _initial(loop: ClosedLoop, desired: Desired, seed: int, path: int) -> LoopState:
-    count = loop.process.initial_normals
-    return loop.init(desired, standard_normals(seed, path, INITIAL_STATE, range(1), count)[0])
+def _start(loop: ClosedLoop, seed: int, path: int) -> LoopState:
+    """The state of a path at the first sample."""
+    desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+    return loop.init(desired, initial_normals(loop.process, seed, path))
 
 
 def _noise(loop: ClosedLoop, ticks: range, seed: int, path: int) -> tuple[Array, Array]:
     """Standard normal deviates and rows of the process, shapes (ticks, substeps, ...)."""
-    process, shape = loop.process, (len(ticks), loop.substeps)
+    shape = (len(ticks), loop.substeps)
     steps = range(ticks.start * loop.substeps, ticks.stop * loop.substeps)
-    normals = standard_normals(seed, path, PLANT_NOISE, steps, process.normals)
-    start = 0
-    if process.random_start:
-        start = first_rows(seed, np.array([path], dtype=np.uint64), len(process.rows))[0]
-    rows = process.rows[(start + np.arange(steps.start, steps.stop)) % len(process.rows)]
-    return normals.reshape(*shape, process.normals), rows.reshape(*shape, rows.shape[1])
+    normals, rows = noise_of_steps(loop.process, steps, seed, path)
+    return normals.reshape(*shape, normals.shape[1]), rows.reshape(*shape, rows.shape[1])

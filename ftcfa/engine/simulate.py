@@ -1,29 +1,25 @@
 """`simulate` and `simulate_paths`: a closed loop run over one path or many, as a Dataset."""
 
 import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from numbers import Integral, Real
-from typing import Any, Literal
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from ftcfa.arrays import counting
-from ftcfa.engine.compiled import run_compiled
 from ftcfa.engine.dataset import trajectories
-from ftcfa.engine.interpreted import run_interpreted
-from ftcfa.engine.parameters import checked_values
-from ftcfa.errors import ParameterError, TracingError, UnknownNameError
+from ftcfa.engine.run import Engine, path_numbers, run_paths, samples_of
+from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.streams import natural
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; the others are on request. The reference is known."""
 RESERVED = frozenset({"path", "time", "joint", "joint_type", "ote", "diverged_at"})
 """Names of the Dataset that are no signals."""
-ENGINES = ("compiled", "interpreted")
-Engine = Literal["compiled", "interpreted"]
+ENGINES = get_args(Engine)
 
 
 def simulate(
@@ -38,8 +34,8 @@ def simulate(
 ) -> xr.Dataset:
     """Simulate one path.
 
-    The noise of path i belongs to (seed, i) alone, so any path of any ensemble can be run again
-    by itself.
+    Noise and robot of path i belong to (seed, i) alone, so any path of any ensemble can be run
+    again by itself.
 
     Args:
         loop: The closed loop.
@@ -95,7 +91,8 @@ def simulate_paths(
         engine: As in `simulate`.
 
     Returns:
-        A Dataset as of `simulate` with a leading dimension ``path``; what varies is a coordinate.
+        A Dataset as of `simulate` with a leading dimension ``path``; what varies is a coordinate,
+        the robots that the loop's ``uncertainty`` draws among it.
 
     Raises:
         ParameterError, ShapeError, UnknownNameError: If an argument is of the wrong range,
@@ -115,9 +112,9 @@ def _run(
     threads: int | None,
     engine: Engine,
 ) -> xr.Dataset:
-    numbers = _path_numbers(paths)
-    samples = _samples(loop, duration)
-    seed = _natural("seed", seed)
+    numbers = path_numbers(paths)
+    samples = samples_of(loop, duration)
+    seed = natural("seed", seed)
     counting("record_every", record_every)
     if threads is not None:
         counting("threads", threads)
@@ -125,50 +122,18 @@ def _run(
         raise UnknownNameError("engine", str(engine), ENGINES)
     shapes = loop.signal_shapes()
     names = _signal_names(loop, shapes, signals)
-    varied = checked_values(loop, vary, len(numbers))
     entries = sum(int(np.prod(shapes[name])) for name in names)
     _check_memory(entries * len(numbers) * -(-samples // record_every))
-    if engine == "compiled":
-        try:
-            recorded, died = run_compiled(
-                loop, samples, record_every, seed, numbers, names, varied, threads
-            )
-        except TracingError as error:
-            warnings.warn(f"running interpreted, which is far slower: {error}", stacklevel=3)
-            engine = "interpreted"
-    if engine == "interpreted":
-        recorded, died = run_interpreted(loop, samples, record_every, seed, numbers, names, varied)
+    run = run_paths(loop, samples, record_every, seed, numbers, names, vary, threads, engine)
     time = np.arange(0, samples, record_every) * loop.period
-    dataset = trajectories(loop, time, recorded, died, numbers, varied)
+    dataset = trajectories(loop, time, run.paths, numbers, run.varied)
     dataset.attrs |= {
         "seed": seed,
         "duration": float(duration),
         "record_every": int(record_every),
-        "engine": engine,
+        "engine": run.engine,
     }
     return dataset
-
-
-def _path_numbers(paths: Any) -> npt.NDArray[np.uint64]:
-    if isinstance(paths, Integral) and not isinstance(paths, bool) and int(paths) >= 0:
-        return np.arange(int(paths), dtype=np.uint64)
-    if isinstance(paths, Iterable) and not isinstance(paths, str):
-        return np.array([_natural("path", path) for path in paths], dtype=np.uint64)
-    raise ParameterError("paths", repr(paths), "a number of paths, or path numbers")
-
-
-def _natural(subject: str, value: int) -> int:
-    number = isinstance(value, Integral) and not isinstance(value, bool)
-    if not (number and 0 <= value < 2**64):
-        raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
-    return int(value)
-
-
-def _samples(loop: ClosedLoop, duration: float) -> int:
-    number = isinstance(duration, Real) and not isinstance(duration, bool)
-    if not (number and np.isfinite(duration) and duration >= 0):
-        raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
-    return round(duration / loop.period) + 1
 
 
 def _check_memory(entries: int) -> None:

@@ -42,6 +42,7 @@ class TracedLoop:
         further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
             or None.
         signals: Name and shape of the recorded signals.
+        observer: An observer's state, the last entries of the loop's; () if there is none.
         substeps: Integration steps a sample.
         preparations: For each varied parameter, what turns its values, shape (paths, ...), into
             inputs of the code, shape (paths, entries).
@@ -51,6 +52,7 @@ class TracedLoop:
     first: ca.Function
     further: ca.Function | None
     signals: tuple[tuple[str, tuple[int, ...]], ...]
+    observer: Any
     substeps: int
     preparations: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
 
@@ -218,8 +220,9 @@ def _trace(
     noise = [_flat([normals]), _flat([row])]
     parameters = _flat(inputs)
 
-    signals, controller = loop.control(state, desired)
-    after = LoopState(loop.advance(state.motion, signals["u"], normals, row), controller)
+    signals, after = loop.control(state, desired)
+    motion = loop.advance(state.motion, signals["u"], normals, row)
+    after = after._replace(motion=motion)
     _check_sizes(loop, template, after)
     kept = [signals[name] for name in shapes]
     first = _function(
@@ -242,7 +245,7 @@ def _trace(
         [_flat(desired), _flat([initial]), parameters],
         [_flat(leaves(loop.init(desired, initial)))],
     )
-    return TracedLoop(init, first, further, tuple(shapes.items()), loop.substeps)
+    return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
 
 
 def _twin(part: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,9 @@ from ftcfa.control.protocol import Controller, Desired, Signals
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
+from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.model.uncertainty import Uncertainty
 from ftcfa.vibration.excitation import Process, WhiteProcess
 from ftcfa.vibration.vibration import Vibration
 
@@ -33,6 +35,24 @@ class Motion(NamedTuple):
     """State of the vibration."""
 
 
+class Observer(Protocol):
+    """Watches a path as it runs: its state at the end is a result, such as a largest error."""
+
+    def init(self, n: int) -> Any:
+        """State before the first sample, for n joints: arrays in tuples."""
+        ...
+
+    def step(self, state: Any, signals: Signals, period: float) -> Any:
+        """New state after a sample; plain NumPy without branches on values.
+
+        Args:
+            state: State before it.
+            signals: Of the sample, as `ClosedLoop.step` gives them.
+            period: Sampling period [s].
+        """
+        ...
+
+
 class LoopState(NamedTuple):
     """State of the closed loop at a sample."""
 
@@ -40,6 +60,8 @@ class LoopState(NamedTuple):
     """Of the plant."""
     controller: Any
     """Of the controller."""
+    observer: Any = ()
+    """Of the observer."""
 
     @property
     def q(self) -> Array:
@@ -69,6 +91,9 @@ class ClosedLoop:
         integrator: ``"euler-maruyama"`` or ``"semi-implicit"``.
         q0: Initial position, shape (n,) [rad or m]; the arm's home posture by default.
         v0: Initial velocity, shape (n,) [rad/s or m/s]; at rest by default.
+        uncertainty: The robots around ``arm`` of which every path has its own, or None. The
+            controller's nominal robot stays.
+        observer: What watches every path, or None.
     """
 
     arm: Dynamics
@@ -80,6 +105,8 @@ class ClosedLoop:
     integrator: str = "euler-maruyama"
     q0: npt.ArrayLike | None = None
     v0: npt.ArrayLike | None = None
+    uncertainty: Uncertainty | None = None
+    observer: Observer | None = None
 
     def __post_init__(self) -> None:
         self._check_parts()
@@ -103,16 +130,22 @@ class ClosedLoop:
             ("controller", "step", "a control law with init and step, such as FTCF(arm)"),
             ("reference", "at", "a reference, such as Sinusoid(offset=arm.home)"),
             ("vibration", "impulse", "a Vibration(input, excitation), or None"),
+            ("uncertainty", "draw", "an Uncertainty, or None"),
         )
         for name, method, expected in parts:
             part = getattr(self, name)
-            if not hasattr(part, method) and not (part is None and name == "vibration"):
+            optional = name in ("vibration", "uncertainty")
+            if not hasattr(part, method) and not (part is None and optional):
                 raise ParameterError(f"ClosedLoop {name}", f"a {type(part).__name__}", expected)
+        if self.uncertainty is not None:
+            self.uncertainty.check(cast(Arm, self.arm))
 
     @cached_property
     def process(self) -> Process:
         """What shakes, over integration steps of this loop's length."""
-        return STILL if self.vibration is None else self.vibration.process(self.step_length)
+        if self.vibration is None:
+            return STILL
+        return self.vibration.process(self.arm, self.step_length)
 
     @property
     def step_length(self) -> float:
@@ -129,8 +162,9 @@ class ClosedLoop:
         q, v = cast(Array, self.q0), cast(Array, self.v0)
         if normals is None:
             normals = np.zeros(self.process.initial_normals)
-        motion = Motion(q, v, self.process.init(normals))
-        return LoopState(motion, self.controller.init(q, v, desired))
+        shaken = () if self.vibration is None else self.vibration.init(self.process, normals)
+        observer = () if self.observer is None else self.observer.init(self.arm.n)
+        return LoopState(Motion(q, v, shaken), self.controller.init(q, v, desired), observer)
 
     def step(
         self, state: LoopState, desired: Desired, normals: Array, rows: Array | None = None
@@ -150,14 +184,14 @@ class ClosedLoop:
         """
         if rows is None:
             rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
-        signals, controller = self.control(state, desired)
+        signals, state = self.control(state, desired)
         motion = state.motion
         for k in range(self.substeps):
             motion = self.advance(motion, signals["u"], normals[k], rows[k])
-        return signals, LoopState(motion, controller)
+        return signals, state._replace(motion=motion)
 
-    def control(self, state: LoopState, desired: Desired) -> tuple[Signals, Any]:
-        """The controller's part of `step`: signals, and the controller's new state."""
+    def control(self, state: LoopState, desired: Desired) -> tuple[Signals, LoopState]:
+        """The part of `step` at the sample: signals, and the state but for the motion."""
         q, v = state.q, state.v
         given = self.controller.step(state.controller, q, v, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
@@ -175,7 +209,11 @@ class ClosedLoop:
         limit = self.arm.effort_limit
         u = np.clip(command, -limit, limit)
         measured = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
-        return {**signals, **measured}, controller
+        signals = {**signals, **measured}
+        observer = state.observer
+        if self.observer is not None:
+            observer = self.observer.step(observer, signals, self.period)
+        return signals, LoopState(state.motion, controller, observer)
 
     def advance(self, motion: Motion, u: Array, normals: Array, row: Array) -> Motion:
         """One integration step of the plant under torque u.
@@ -191,7 +229,7 @@ class ClosedLoop:
         impulse = np.zeros_like(q)
         if self.vibration is not None:
             impulse, shaken = self.vibration.impulse(
-                self.process, self.arm, q, shaken, normals, row
+                self.process, self.arm, q, v, shaken, normals, row, step
             )
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
         return Motion(q, v, shaken)

@@ -77,6 +77,16 @@ class Excitation(ABC):
             ParameterError: If the step is too long for it.
         """
 
+    def __add__(self, other: "Excitation") -> "Excitation":
+        """Both at once on the same channels, independent: a `Superposition`.
+
+        Raises:
+            ParameterError: If the other is no excitation.
+        """
+        from ftcfa.vibration.superposition import Superposition  # it is an excitation itself
+
+        return Superposition((self, other))
+
 
 @dataclass(frozen=True, eq=False)
 class WhiteNoise(Excitation):

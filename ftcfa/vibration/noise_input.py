@@ -1,13 +1,13 @@
 """Noise inputs: how an excitation xi of the surroundings loads the joints, Lambda(q) xi."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
 
 AXES = ("x", "y", "z")
@@ -16,46 +16,105 @@ AXES = ("x", "y", "z")
 class NoiseInput(Protocol):
     """Lambda(q): from m channels of excitation to n joint forces."""
 
-    @property
-    def channels(self) -> int:
-        """m, the number of excitation channels."""
-        ...
-
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m)."""
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class InputFunction:
+    """A function of a user's own as Lambda(q).
+
+    Attributes:
+        function: (arm, q) -> Lambda(q), shape (n, m), plain NumPy without branches on values.
+    """
+
+    function: Callable[[Any, Array], Array]
+
+    def matrix(self, arm: Dynamics, q: Array) -> Array:
+        """Lambda(q), shape (n, m)."""
+        return self.function(arm, q)
+
+
+@dataclass(frozen=True, eq=False)
 class BaseAcceleration:
-    """The base is shaken along world axes without turning; xi is its acceleration [m/s^2].
+    """The base is shaken without turning; xi is its acceleration [m/s^2].
 
         Lambda(q) = -M_qb(q)[linear] = -sum_i m_i J_i(q)^T
 
-    In terms of gravity: h(q; g - a) = h(q; g) - Lambda(q) a.
+    In terms of gravity: h(q; g - a) = h(q; g) - Lambda(q) a. The axes are the world's, z upwards,
+    however the base is mounted (`load_arm`'s ``mounting``).
 
     Attributes:
-        axes: The world axes that shake, in the order of the channels.
+        axes: The axes that shake, in the order of the channels.
     """
 
     axes: Sequence[str] = "xyz"
 
     def __post_init__(self) -> None:
-        axes = tuple(self.axes) if isinstance(self.axes, Sequence) else ()
-        if not axes or any(axis not in AXES for axis in axes) or len(set(axes)) != len(axes):
-            raise ParameterError("BaseAcceleration axes", repr(self.axes), 'such as "xyz" or "xz"')
-
-    @property
-    def channels(self) -> int:
-        """One channel an axis."""
-        return len(self.axes)
+        check_axes("BaseAcceleration axes", self.axes)
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m) [kg m or kg]."""
-        return -arm.base_coupling(q)[:, [AXES.index(axis) for axis in self.axes]]
+        return -arm.base_coupling(q)[:, columns(self.axes)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class JointTorque:
+    """Noise of the motors: xi acts on the joints themselves [N m or N].
+
+        Lambda(q) = columns of the identity
+
+    Attributes:
+        joints: Names of the joints, a channel each; all of the arm's by default.
+    """
+
+    joints: Sequence[str] | None = None
+
+    def matrix(self, arm: Dynamics, q: Array) -> Array:  # noqa: ARG002
+        """Lambda(q), shape (n, m) [1].
+
+        Raises:
+            UnknownNameError: If the arm has no such joint; it lists those it has.
+        """
+        names = arm.joint_names if self.joints is None else self.joints
+        for name in names:
+            if name not in arm.joint_names:
+                raise UnknownNameError("JointTorque joint", str(name), arm.joint_names)
+        return np.eye(arm.n)[:, [arm.joint_names.index(name) for name in names]]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameWrench:
+    """Force [N] and moment [N m] on a link: wind on the forearm, a tool that chatters.
+
+        Lambda(q) = J(q)^T,   J: the frame's Jacobian in world axes, shape (6, n)
+
+    Attributes:
+        frame: Name of a link or joint of the URDF (`Arm.frame_names`); the force acts at its
+            origin.
+        force: Axes of the force, in the order of the channels.
+        moment: Axes of the moment, channels after those of the force.
+    """
+
+    frame: str
+    force: Sequence[str] = "xyz"
+    moment: Sequence[str] = ""
+
+    def __post_init__(self) -> None:
+        check_axes("FrameWrench force and moment", self.force, self.moment)
+
+    def matrix(self, arm: Dynamics, q: Array) -> Array:
+        """Lambda(q), shape (n, m) [m, or 1].
+
+        Raises:
+            UnknownNameError: If the arm has no such frame; it lists those it has.
+        """
+        jacobian = ability(arm, "frame_jacobian", "FrameWrench")
+        return jacobian(self.frame, q).T[:, columns(self.force, self.moment)]
+
+
+@dataclass(frozen=True, eq=False)
 class PaperPendulumInput:
     """Lambda(q) of the paper's double pendulum as Section V prints it, in absolute angles.
 
@@ -71,11 +130,6 @@ class PaperPendulumInput:
 
     m: tuple[float, float] = (0.6, 0.8)
     l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
-
-    @property
-    def channels(self) -> int:
-        """Base acceleration along x and z."""
-        return 2
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (2, 2) [kg m].
@@ -93,3 +147,28 @@ class PaperPendulumInput:
         ]
         second = [m2 * l2 * sine * double, -m2 * l2 * cosine * double]
         return np.stack([np.stack(first), np.stack(second)])
+
+
+def ability(arm: Dynamics, name: str, subject: str) -> Any:
+    """A method or quantity that not every arm has.
+
+    Raises:
+        ParameterError: If this one has not.
+    """
+    if not hasattr(arm, name):
+        got = f"a {type(arm).__name__} without {name}"
+        raise ParameterError(f"arm of {subject}", got, "an Arm, such as load_arm gives")
+    return getattr(arm, name)
+
+
+def check_axes(subject: str, *groups: Sequence[str]) -> None:
+    """Raise ParameterError unless groups of axes are some of x, y, z, each once."""
+    given = [tuple(axes) if isinstance(axes, Sequence) else (None,) for axes in groups]
+    known = all(axis in AXES for axes in given for axis in axes)
+    if not (known and any(given) and all(len(set(axes)) == len(axes) for axes in given)):
+        raise ParameterError(subject, ", ".join(map(repr, groups)), 'such as "xyz" or "xz"')
+
+
+def columns(linear: Sequence[str], angular: Sequence[str] = "") -> list[int]:
+    """Columns of a six-vector (linear, then angular) for some axes of each."""
+    return [AXES.index(axis) for axis in linear] + [3 + AXES.index(axis) for axis in angular]

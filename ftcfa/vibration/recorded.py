@@ -33,14 +33,30 @@ class RecordedAcceleration(Excitation):
 
 
 class TabulatedProcess(Process):
-    """Integrals of xi over steps, read from rows; straight lines between a record's samples."""
+    """Integrals Y of xi over steps, read from rows; straight lines between a record's samples.
+
+    What repeats must have no mean, or its integral drifts; it is taken away. A row holds Y and
+    the W before it, both of mean zero over the table, shape (2 m,).
+
+    Args:
+        integrals: Y, shape (R, m).
+        random_start: Whether each path begins at a row of its own.
+    """
 
     normals = 0
 
-    def __init__(self, rows: Array, random_start: bool) -> None:
-        self.rows = rows
+    def __init__(self, integrals: Array, random_start: bool) -> None:
+        Y = integrals - integrals.mean(axis=0)
+        W = np.cumsum(Y, axis=0) - Y
+        self.rows = np.hstack([Y, W - W.mean(axis=0)])
         self.random_start = random_start
+        self.channels = Y.shape[1]
+        self.integrable = frozenset(range(self.channels))
 
     def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
         """See `Process.advance`."""
-        return row, state
+        return row[: self.channels], state
+
+    def rate(self, state: tuple[()], row: Array) -> Array:  # noqa: ARG002
+        """See `Process.rate`."""
+        return row[self.channels :]

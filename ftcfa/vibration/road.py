@@ -127,27 +127,38 @@ def road_velocity_intensity(road_class: str, speed: float) -> float:
     return 2.0 * np.pi**2 * road_roughness(road_class) * REFERENCE_FREQUENCY**2 * speed
 
 
-def road_filter(
-    road_class: str, speed: float, vehicle: QuarterCar | LinearFilter = PASSENGER_CAR
-) -> LinearFilter:
-    """The acceleration of a vehicle's floor on a road, as a filter of white noise.
+@dataclass(frozen=True, eq=False)
+class Road:
+    """A vehicle's floor on a road: one axis of `ShapedNoise`.
 
-    Args:
+    Attributes:
         road_class: "A" to "F" of ISO 8608.
         speed: V [m/s].
         vehicle: A quarter-car, or a filter of one's own from the road's velocity, white of
             intensity 1 m^2/s, to accelerations.
 
-    Returns:
-        A filter of unit intensity; its output is the acceleration [m/s^2].
+    Raises:
+        UnknownNameError: If there is no such class.
+        ParameterError: If the speed or the vehicle is none.
     """
-    gain = float(np.sqrt(road_velocity_intensity(road_class, speed)))
-    if isinstance(vehicle, QuarterCar):
-        return vehicle.filter().scaled(gain)
-    if not isinstance(vehicle, LinearFilter):
-        raise ParameterError("road_filter vehicle", repr(vehicle), "a QuarterCar or a LinearFilter")
-    if vehicle.inputs != 1:
-        raise ParameterError(
-            "road_filter vehicle", f"a filter of {vehicle.inputs} inputs", "one input, z_r'"
-        )
-    return vehicle.scaled(gain)
+
+    road_class: str
+    speed: float
+    vehicle: QuarterCar | LinearFilter = PASSENGER_CAR
+
+    def __post_init__(self) -> None:
+        road_velocity_intensity(self.road_class, self.speed)
+        if not isinstance(self.vehicle, QuarterCar | LinearFilter):
+            raise ParameterError(
+                "Road vehicle", repr(self.vehicle), "a QuarterCar or a LinearFilter"
+            )
+        if isinstance(self.vehicle, LinearFilter) and self.vehicle.inputs != 1:
+            raise ParameterError(
+                "Road vehicle", f"a filter of {self.vehicle.inputs} inputs", "one input, z_r'"
+            )
+
+    def filter(self) -> LinearFilter:
+        """From white noise of unit intensity to the acceleration of the floor [m/s^2]."""
+        gain = float(np.sqrt(road_velocity_intensity(self.road_class, self.speed)))
+        vehicle = self.vehicle
+        return (vehicle.filter() if isinstance(vehicle, QuarterCar) else vehicle).scaled(gain)

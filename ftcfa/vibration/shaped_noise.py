@@ -1,19 +1,24 @@
 """Coloured noise from a specification: white noise through shaping filters, stationary at once."""
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 
+import numpy as np
 from scipy.linalg import block_diag
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.fitting import FilterFit, fit_filter
+from ftcfa.vibration.road import Road
 from ftcfa.vibration.shaping import LinearFilter, SampledFilter
+from ftcfa.vibration.specification import Specification, several, spectrum_of
 from ftcfa.vibration.spectrum import Spectrum, check_step
-from ftcfa.vibration.standards import Standard, standard
 
-Specification = str | Standard | Spectrum
-"""A specification: the name of a standard's table, the table, or a spectrum."""
+Axis = Specification | LinearFilter | Road
+"""What gives noise its colour: a specification to fit, a filter, or a road under a vehicle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,53 +26,78 @@ class ShapedNoise(Excitation):
     """Gaussian noise with the spectra of linear filters, started stationary.
 
     Attributes:
-        filters: One filter or more, whose outputs side by side are the channels.
-        fits: How the filters were fitted, if they were: print them to see how well.
+        axes: What the channels are, independent of each other: the name of a table of
+            `standards()`, a `Standard`, a `Spectrum` or a `Road`, a channel each; or a
+            `LinearFilter`, whose outputs are as many channels. One alone needs no brackets.
+
+    Raises:
+        UnknownNameError: If there is no table of a name; it lists the known ones.
+        ParameterError: If an axis is none of these.
     """
 
-    filters: tuple[LinearFilter, ...]
-    fits: tuple[FilterFit, ...] = ()
+    axes: Axis | Sequence[Axis]
 
     def __post_init__(self) -> None:
-        if not self.filters or not all(isinstance(f, LinearFilter) for f in self.filters):
-            raise ParameterError("ShapedNoise filters", repr(self.filters), "LinearFilters")
+        object.__setattr__(self, "axes", several("ShapedNoise axes", self.axes))
+        _ = self._sources  # checks them
 
     @classmethod
-    def from_psd(cls, *axes: Specification) -> "ShapedNoise":
-        """Independent noise on each axis with the given acceleration spectra.
+    def from_psd(cls, *axes: Axis) -> "ShapedNoise":
+        """Independent noise on each axis: the same as ``ShapedNoise(axes)``."""
+        return cls(axes)
 
-        Args:
-            axes: A specification for each channel: the name of a table of `standards()`, a
-                `Standard`, or a `Spectrum`.
+    @cached_property
+    def _sources(self) -> tuple[Spectrum | LinearFilter, ...]:
+        """The axes, names looked up and roads driven on."""
+        return tuple(_source(axis) for axis in several("ShapedNoise axes", self.axes))
 
-        Raises:
-            UnknownNameError: If there is no table of a name; it lists the known ones.
+    @cached_property
+    def filters(self) -> tuple[LinearFilter, ...]:
+        """A filter an axis; their outputs side by side are the channels."""
+        fits = iter(self.fits)
+        return tuple(
+            source if isinstance(source, LinearFilter) else next(fits).filter
+            for source in self._sources
+        )
+
+    @cached_property
+    def fits(self) -> tuple[FilterFit, ...]:
+        """How the filters of specifications were fitted: print them to see how well.
+
+        Warns:
+            UserWarning: If one is not within the tolerance, not even that of steep edges.
         """
-        fits = tuple(fit_filter(_spectrum(axis)) for axis in axes)
-        return cls(tuple(fit.filter for fit in fits), fits)
+        fits = tuple(_fitted(source) for source in self._sources if isinstance(source, Spectrum))
+        for fit in fits:
+            if not (fit.within_tolerance or fit.within_edge_tolerance):
+                warnings.warn(str(fit), stacklevel=2)
+        return fits
 
     def process(self, channels: int, step: float) -> "FilteredProcess":
         """See `Excitation.process`; the step must resolve the band of every fitted spectrum."""
+        for source in self._sources:
+            if isinstance(source, Spectrum):
+                check_step(source, step)
         outputs = sum(shaping.outputs for shaping in self.filters)
         if outputs != channels:
             raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels")
-        for fit in self.fits:
-            check_step(fit.spectrum, step)
         return FilteredProcess(tuple(shaping.discretise(step) for shaping in self.filters))
 
 
 class FilteredProcess(Process):
     """Shaping filters over steps of one length, exact in law at the steps' ends.
 
-    Y = C x + D n,   x+ = A x + B n,   x_0 = root n
+    Y = C x + D n,   x+ = A x + B n,   x_0 = root n,   W = E x
     """
 
     def __init__(self, filters: tuple[SampledFilter, ...]) -> None:
-        self.A, self.B, self.C, self.D, self.root = (
+        self.A, self.B, self.C, self.D, self.E, self.root = (
             block_diag(*(getattr(sampled, name) for sampled in filters))
-            for name in ("A", "B", "C", "D", "root")
+            for name in ("A", "B", "C", "D", "E", "root")
         )
         self.initial_normals = self.root.shape[1]
+        integrable = np.concatenate([sampled.integrable for sampled in filters])
+        self.integrable = frozenset(np.flatnonzero(integrable).tolist())
 
     @property
     def normals(self) -> int:
@@ -82,14 +112,21 @@ class FilteredProcess(Process):
         """See `Process.advance`."""
         return self.C @ state + self.D @ normals, self.A @ state + self.B @ normals
 
+    def rate(self, state: Array, row: Array) -> Array:  # noqa: ARG002
+        """See `Process.rate`."""
+        return self.E @ state
 
-def _spectrum(specification: Specification) -> Spectrum:
-    if isinstance(specification, str):
-        specification = standard(specification)
-    if isinstance(specification, Standard):
-        return specification.spectrum
-    if isinstance(specification, Spectrum):
-        return specification
-    raise ParameterError(
-        "vibration specification", repr(specification), "a standard's name or a Spectrum"
-    )
+
+def _source(axis: Axis) -> Spectrum | LinearFilter:
+    if isinstance(axis, LinearFilter):
+        return axis
+    return axis.filter() if isinstance(axis, Road) else spectrum_of(axis)
+
+
+def _fitted(spectrum: Spectrum) -> FilterFit:
+    return _fitted_once(tuple(spectrum.frequencies.tolist()), tuple(spectrum.densities.tolist()))
+
+
+@cache
+def _fitted_once(frequencies: tuple[float, ...], densities: tuple[float, ...]) -> FilterFit:
+    return fit_filter(Spectrum(np.array(frequencies), np.array(densities)))

@@ -13,6 +13,8 @@ from ftcfa.errors import ParameterError, ShapeError
 
 FIRST_STEP = 0.25
 """Norm of A times the step at which the matrix exponential is taken; the rest is doubling."""
+NO_GAIN = 1e-9
+"""Gain at rest, relative to the largest at a resonance, that counts as zero: room for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +24,7 @@ class SampledFilter:
         Y_k     = C x_k + D n_k,        Y_k: integral of y over step k
         x_{k+1} = A x_k + B n_k,        n_k: independent standard normals
         x_0     = root n
+        W_k     = E x_k,                W_{k+1} = W_k + Y_k
 
     Attributes:
         step: h [s].
@@ -30,6 +33,8 @@ class SampledFilter:
         C: Shape (p, n).
         D: Shape (p, r).
         root: A root of the stationary covariance of x, shape (n, n): x_0 = root n is stationary.
+        E: What gives the stationary integral of y, shape (p, n); see `LinearFilter.integral`.
+        integrable: Which outputs have one, shape (p,).
     """
 
     step: float
@@ -38,6 +43,8 @@ class SampledFilter:
     C: Array
     D: Array
     root: Array
+    E: Array
+    integrable: npt.NDArray[np.bool_]
 
     @property
     def normals(self) -> int:
@@ -143,6 +150,24 @@ class LinearFilter:
         """The filter with its output times a factor."""
         return LinearFilter(self.A, self.B, self.C * factor)
 
+    def integral(self) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """The stationary integral W of y, of mean zero, where there is one.
+
+            W = E x,   E = C A^-1,   dW = y dt + E B dw
+
+        An output has one if its gain at rest, H(0) = -E B, is zero beside its gain at the
+        frequencies of the poles.
+
+        Returns:
+            E, shape (p, n), zero for the other outputs; and which outputs have one, shape (p,).
+        """
+        A, B, C, x = self._balanced
+        E = np.linalg.solve(A.T, C.T).T
+        poles = np.abs(np.linalg.eigvals(A)) / (2.0 * np.pi)
+        largest = np.sqrt(0.5 * LinearFilter(A, B, C).density(poles).max(axis=0))
+        integrable = np.linalg.norm(E @ B, axis=1) <= NO_GAIN * largest
+        return np.where(integrable[:, None], E / x, 0.0), integrable
+
     def discretise(self, step: float) -> SampledFilter:
         """The filter over steps of length h, the state and the integral of y jointly exact.
 
@@ -155,7 +180,9 @@ class LinearFilter:
 
             Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)^T,   Phi(2h) = Phi(h)^2,
 
-        which adds positive terms only and so stays accurate for any h.
+        which adds positive terms only and so stays accurate for any h. Where y has a stationary
+        integral E x, Q has E B = D; its root has this to half of the digits, and B is moved to
+        have it to all.
 
         Args:
             step: h [s].
@@ -165,13 +192,12 @@ class LinearFilter:
         """
         positive("step", step, "[s]")
         n, p = self.order, self.outputs
-        x = _nonzero(np.sqrt(np.diag(self._covariance)))  # states of size one balance A, (n,)
-        A = self.A * x / x[:, None]
+        A, B, C, x = self._balanced
         rate = float(np.linalg.norm(A))
-        y = _nonzero(np.linalg.norm(self.C * x, axis=1) / rate)  # (p,)
+        y = _nonzero(np.linalg.norm(C, axis=1) / rate)  # (p,)
         F = np.zeros((p + n, p + n))
-        F[:p, p:], F[p:, p:] = self.C * x / y[:, None], A
-        G = np.vstack([np.zeros((p, self.inputs)), self.B / x[:, None]])
+        F[:p, p:], F[p:, p:] = C / y[:, None], A
+        G = np.vstack([np.zeros((p, self.inputs)), B])
         doublings = max(0, int(np.ceil(np.log2(rate * step / FIRST_STEP))))
         Phi, Q = _van_loan(F, G, step / 2**doublings)
         for _ in range(doublings):
@@ -180,9 +206,19 @@ class LinearFilter:
         z = np.concatenate([y, x])
         root = root_of_covariance(Q * np.outer(z, z))  # (p + n, r)
         Phi = Phi * z[:, None] / z
+        D, B = root[:p], root[p:]
+        E, integrable = self.integral()
+        short = np.where(integrable[:, None], D - E @ B, 0.0)  # (p, r)
+        B = B + x[:, None] * (np.linalg.pinv(E * x) @ short)
         return SampledFilter(
-            step, Phi[p:, p:], root[p:], Phi[:p, p:], root[:p], self.stationary_root()
+            step, Phi[p:, p:], B, Phi[:p, p:], D, self.stationary_root(), E, integrable
         )
+
+    @cached_property
+    def _balanced(self) -> tuple[Array, Array, Array, Array]:
+        """A, B, C with all states of size one, and their sizes x, shape (n,)."""
+        x = _nonzero(np.sqrt(np.diag(self._covariance)))
+        return self.A * x / x[:, None], self.B / x[:, None], self.C * x, x
 
     @cached_property
     def _covariance(self) -> Array:

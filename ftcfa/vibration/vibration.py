@@ -1,15 +1,26 @@
 """What shakes the robot: an excitation of the surroundings and how it loads the joints."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError
+from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.vibration.base_motion import BaseMotion
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.noise_input import NoiseInput
+from ftcfa.vibration.noise_input import InputFunction, NoiseInput
+
+
+class VibrationState(NamedTuple):
+    """State of what shakes."""
+
+    process: Any
+    """Of the excitation."""
+    input: Any = ()
+    """Of the noise input: the orientation of a base that turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,46 +28,84 @@ class Vibration:
     """A noise input Lambda(q) and an excitation xi of its channels.
 
     Attributes:
-        input: How the excitation loads the joints.
+        input: How the excitation loads the joints; a function (arm, q) -> Lambda(q) will do.
         excitation: What shakes.
         level: Factor on the excitation's amplitude; may differ from path to path.
 
     Raises:
-        ParameterError: If a part is not what it should be, or the two do not go together.
-        ShapeError: If they have different numbers of channels.
+        ParameterError: If a part is not what it should be.
     """
 
-    input: NoiseInput
+    input: NoiseInput | Callable[[Any, Array], Array]
     excitation: Excitation
     level: float = 1.0
 
     def __post_init__(self) -> None:
+        if callable(self.input) and not hasattr(self.input, "matrix"):
+            object.__setattr__(self, "input", InputFunction(self.input))
         if not hasattr(self.input, "matrix"):
-            raise ParameterError("Vibration input", repr(self.input), "a noise input")
+            expected = "a noise input, or a function (arm, q) -> Lambda(q)"
+            raise ParameterError("Vibration input", repr(self.input), expected)
         if not hasattr(self.excitation, "process"):
             raise ParameterError("Vibration excitation", repr(self.excitation), "an excitation")
         if not (np.isfinite(self.level) and self.level >= 0):
             raise ParameterError("Vibration level", repr(self.level), "a number >= 0")
 
-    def process(self, step: float) -> Process:
-        """The excitation over integration steps of one length [s]."""
-        return self.excitation.process(self.input.channels, step)
+    @property
+    def _input(self) -> NoiseInput:
+        return cast(NoiseInput, self.input)
+
+    def process(self, arm: Dynamics, step: float) -> Process:
+        """The excitation over integration steps of one length [s].
+
+        Raises:
+            ShapeError: If it has not as many channels as the noise input.
+            ParameterError: If the step is too long for it, or the input asks for another.
+        """
+        shape = np.shape(self._input.matrix(arm, arm.home))
+        if len(shape) != 2 or shape[0] != arm.n:
+            name = type(self.input).__name__
+            raise ShapeError(f"matrix of {name}", f"shape {shape}", f"({arm.n}, channels)")
+        process = self.excitation.process(shape[1], step)
+        if isinstance(self.input, BaseMotion):
+            self.input.check(process)
+        return process
+
+    def init(self, process: Process, normals: Array) -> VibrationState:
+        """State before the first step, from ``process.initial_normals`` deviates."""
+        orientation = self.input.init() if isinstance(self.input, BaseMotion) else ()
+        return VibrationState(process.init(normals), orientation)
 
     def impulse(
-        self, process: Process, arm: Dynamics, q: Array, state: Any, normals: Array, row: Array
-    ) -> tuple[Array, Any]:
+        self,
+        process: Process,
+        arm: Dynamics,
+        q: Array,
+        v: Array,
+        state: VibrationState,
+        normals: Array,
+        row: Array,
+        step: float,
+    ) -> tuple[Array, VibrationState]:
         """Joint impulse over one step, Lambda(q) times the integral of xi, and the new state.
 
         Args:
             process: Of `process`.
             arm: The true robot.
             q: Position at the start of the step (Ito), shape (n,) [rad or m].
-            state: State of the process there.
+            v: Velocity there, shape (n,) [rad/s or m/s].
+            state: State there.
             normals: Standard normal deviates, shape (process.normals,).
             row: The step's row of ``process.rows``.
+            step: Its length [s].
 
         Returns:
             The impulse, shape (n,) [N m s or N s], and the state at the end of the step.
         """
-        integral, state = process.advance(state, normals, row)
-        return self.input.matrix(arm, q) @ (self.level * integral), state
+        integral, after = process.advance(state.process, normals, row)
+        integral = self.level * integral
+        if not isinstance(self.input, BaseMotion):
+            return self._input.matrix(arm, q) @ integral, VibrationState(after)
+        rate = self.level * process.rate(state.process, row)
+        impulse, orientation = self.input.impulse(arm, q, v, state.input, integral, rate, step)
+        return impulse, VibrationState(after, orientation)

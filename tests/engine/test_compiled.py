@@ -389,7 +389,7 @@ def reference_run(loop):
 def test_every_width_of_vectors_gives_the_same(loop, reference_run, target):
     paths = np.arange(19, dtype=np.uint64)
     names = ["q", "v", "u", "theta"]
-    signals, death = run_compiled(loop, 101, 5, 0, paths, names, {}, target=target)
+    signals, death, _ = run_compiled(loop, 101, 5, 0, paths, names, {}, target=target)
     assert np.all(np.isnan(death))
     for name in names:
         truth = reference_run[0][name]

@@ -338,7 +338,7 @@ def test_what_is_no_number_is_refused(loop, engine):
 
 
 def test_what_follows_from_others_is_refused(loop, engine):
-    for name in ("arm__n", "arm__moving_mass", "arm__mass_matrix", "vibration__input__channels"):
+    for name in ("arm__n", "arm__moving_mass", "arm__mass_matrix", "vibration__process"):
         text = refused(loop, engine, ParameterError, **{name: np.ones(3)})
         assert "computed from others, expected numbers that can be replaced" in text
 

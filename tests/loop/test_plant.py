@@ -158,9 +158,10 @@ def brownian_ends():
     def end(name, normals):
         steps = len(normals)
         q, v, h = start, np.zeros(2), 0.25 / steps
-        process = vibration.process(h)
+        process = vibration.process(arm, h)
+        still = vibration.init(process, np.zeros(0))
         for k in range(steps):
-            impulse, _ = vibration.impulse(process, arm, q, (), normals[k], np.zeros(0))
+            impulse, _ = vibration.impulse(process, arm, q, v, still, normals[k], np.zeros(0), h)
             q, v = INTEGRATORS[name](arm, q, v, tau, impulse, h)
         return np.concatenate([q, v])
 

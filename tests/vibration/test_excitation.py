@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from ftcfa import BaseAcceleration, PaperPendulum, ParameterError, ShapeError, Vibration, WhiteNoise
+from ftcfa import (
+    BaseAcceleration,
+    PaperPendulum,
+    ParameterError,
+    ShapeError,
+    Vibration,
+    WhiteNoise,
+    load_arm,
+)
 
 ROUNDING = 1e-12
 """Some products of well-scaled 3 x 3 matrices."""
@@ -82,7 +90,7 @@ def test_an_unknown_convention_is_refused():
 @pytest.mark.parametrize("intensity", [[0.1, 0.1], np.eye(4), [0.1]])
 def test_the_channels_must_be_those_of_the_input(intensity):
     with pytest.raises(ShapeError, match="channels, expected 3 channels"):
-        Vibration(BaseAcceleration("xyz"), WhiteNoise(intensity)).process(1e-3)
+        Vibration(BaseAcceleration("xyz"), WhiteNoise(intensity)).process(load_arm("ur5"), 1e-3)
 
 
 def test_a_vibration_needs_an_input_and_an_excitation():
@@ -97,10 +105,12 @@ def test_the_impulse_over_a_step_has_the_covariance_of_the_noise(convention):
     varpi = np.array([[0.5, 0.2], [0.2, 0.3]])
     arm, q, step = PaperPendulum(), np.array([0.4, -1.1]), 0.003
     vibration = Vibration(BaseAcceleration("xz"), WhiteNoise(varpi, convention))
-    process = vibration.process(step)
+    process = vibration.process(arm, step)
+    still = vibration.init(process, np.zeros(0))
     assert process.normals == 2
     columns = [
-        vibration.impulse(process, arm, q, (), normals, np.zeros(0))[0] for normals in np.eye(2)
+        vibration.impulse(process, arm, q, np.zeros(2), still, normals, np.zeros(0), step)[0]
+        for normals in np.eye(2)
     ]
     root = np.column_stack(columns)  # the impulse is linear in its two independent deviates
     Lambda = -arm.base_coupling(q)[:, [0, 2]]
@@ -111,7 +121,8 @@ def test_the_impulse_over_a_step_has_the_covariance_of_the_noise(convention):
 
 def test_no_intensity_gives_no_impulse():
     vibration = Vibration(BaseAcceleration("xz"), WhiteNoise(0.0))
-    process = vibration.process(1e-3)
-    shaken = (PaperPendulum(), np.zeros(2), (), np.ones(2), np.zeros(0))
-    impulse, _ = vibration.impulse(process, *shaken)
+    arm, still = PaperPendulum(), np.zeros(2)
+    process = vibration.process(arm, 1e-3)
+    state = vibration.init(process, np.zeros(0))
+    impulse, _ = vibration.impulse(process, arm, still, still, state, np.ones(2), np.zeros(0), 1e-3)
     np.testing.assert_array_equal(impulse, 0.0)

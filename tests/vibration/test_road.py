@@ -11,8 +11,8 @@ from ftcfa.vibration.road import (
     ROAD_CLASSES,
     TRUCK,
     QuarterCar,
+    Road,
     road_density,
-    road_filter,
     road_roughness,
     road_velocity_intensity,
 )
@@ -54,7 +54,7 @@ def test_the_floor_by_the_transfer_function(car, road_class, speed):
     f = FREQUENCIES
     road = road_density(road_class, f / speed) / speed
     exact = (2 * np.pi * f) ** 4 * np.abs(body_over_road(car, f)) ** 2 * road
-    np.testing.assert_allclose(road_filter(road_class, speed, car).density(f)[:, 0], exact)
+    np.testing.assert_allclose(Road(road_class, speed, car).filter().density(f)[:, 0], exact)
 
 
 @pytest.mark.parametrize(("car", "body", "wheel"), [(PASSENGER_CAR, 1.2, 11.0), (TRUCK, 1.7, 11.0)])
@@ -71,10 +71,10 @@ def test_the_resonances_are_where_they_are_said_to_be(car, body, wheel):
 
 def test_the_level_on_a_good_road_is_a_car_s():
     """0.2 to 1 m/s^2 is what cars show on asphalt at 25 m/s: no factor of ten is missing."""
-    assert 0.2 < float(road_filter("A", 25.0).rms()[0]) < 1.0
-    twice = road_filter("A", 50.0).rms() / road_filter("A", 25.0).rms()
+    assert 0.2 < float(Road("A", 25.0).filter().rms()[0]) < 1.0
+    twice = Road("A", 50.0).filter().rms() / Road("A", 25.0).filter().rms()
     assert twice == pytest.approx(math.sqrt(2.0))
-    worse = road_filter("B", 25.0).rms() / road_filter("A", 25.0).rms()
+    worse = Road("B", 25.0).filter().rms() / Road("A", 25.0).filter().rms()
     assert worse == pytest.approx(2.0)
 
 
@@ -83,14 +83,14 @@ def test_a_vehicle_of_ones_own():
     f = np.array([0.1, 1.0, 10.0])
     varpi = road_velocity_intensity("B", 10.0)
     np.testing.assert_allclose(
-        road_filter("B", 10.0, own).density(f)[:, 0],
+        Road("B", 10.0, own).filter().density(f)[:, 0],
         2.0 * varpi * 4.0 / (25.0 + (2 * np.pi * f) ** 2),
     )
 
 
 def test_an_unknown_class_lists_the_known():
     with pytest.raises(UnknownNameError) as refused:
-        road_filter("G", 10.0)
+        Road("G", 10.0)
     assert str(refused.value) == (
         "ISO 8608 road class 'G': unknown name, expected one of: A, B, C, D, E, F"
     )
@@ -99,7 +99,7 @@ def test_an_unknown_class_lists_the_known():
 @pytest.mark.parametrize("speed", [0, -1.0, np.nan, "fast"])
 def test_a_speed_is_positive(speed):
     with pytest.raises(ParameterError, match=r"road speed: .*, expected a number > 0 \[m/s\]"):
-        road_filter("A", speed)
+        Road("A", speed)
 
 
 def test_what_is_no_vehicle_is_refused():
@@ -107,8 +107,16 @@ def test_what_is_no_vehicle_is_refused():
         ParameterError, match="QuarterCar tyre_stiffness: -1, expected a number > 0"
     ):
         QuarterCar(1, 1, 1, 1, -1)
-    with pytest.raises(ParameterError, match="road_filter vehicle: 'bus', expected a QuarterCar"):
-        road_filter("A", 10.0, "bus")
+    with pytest.raises(ParameterError, match="Road vehicle: 'bus', expected a QuarterCar"):
+        Road("A", 10.0, "bus")
     two = LinearFilter([[-1.0]], [[1.0, 1.0]], [[1.0]])
-    with pytest.raises(ParameterError, match="road_filter vehicle: a filter of 2 inputs, expected"):
-        road_filter("A", 10.0, two)
+    with pytest.raises(ParameterError, match="Road vehicle: a filter of 2 inputs, expected"):
+        Road("A", 10.0, two)
+
+
+@pytest.mark.parametrize("car", [PASSENGER_CAR, TRUCK])
+def test_the_integral_of_the_floor_s_acceleration_is_its_velocity(car):
+    """W = z_s', the second state, exactly."""
+    E, integrable = car.filter().integral()
+    np.testing.assert_array_equal(integrable, [True])
+    np.testing.assert_allclose(E, [[0.0, 1.0, 0.0, 0.0]], atol=1e-12)

@@ -1,0 +1,96 @@
+"""Many paths through either engine: their robots drawn, a law that cannot be compiled seen to."""
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral, Real
+from typing import Any, Literal, NamedTuple, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array
+from ftcfa.engine.compiled import run_compiled
+from ftcfa.engine.interpreted import run_interpreted
+from ftcfa.engine.parameters import checked_values
+from ftcfa.engine.paths import Paths
+from ftcfa.errors import ParameterError, TracingError
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.model.arm import Arm
+from ftcfa.streams import Words, natural
+
+Engine = Literal["compiled", "interpreted"]
+
+
+class Run(NamedTuple):
+    """Paths, and how they came about."""
+
+    paths: Paths
+    varied: dict[str, Array]
+    """What differed from path to path, by dotted name, each of shape (paths, ...)."""
+    engine: Engine
+    """The engine that ran them."""
+
+
+def run_paths(
+    loop: ClosedLoop,
+    samples: int,
+    record_every: int,
+    seed: int,
+    paths: Words,
+    names: Sequence[str],
+    vary: Mapping[str, npt.ArrayLike],
+    threads: int | None = None,
+    engine: Engine = "compiled",
+) -> Run:
+    """Run many paths, each with the robot that the loop's uncertainty draws for it.
+
+    Args: as of `ftcfa.engine.compiled.run_compiled`, with ``vary`` unchecked. A law that cannot
+        be compiled runs interpreted, with a warning that says why.
+    """
+    varied = checked_values(loop, {**vary, **_robots(loop, vary, seed, paths)}, len(paths))
+    arguments = (loop, samples, record_every, seed, paths, names, varied)
+    if engine == "compiled":
+        try:
+            return Run(run_compiled(*arguments, threads), varied, engine)
+        except TracingError as error:
+            warnings.warn(f"running interpreted, which is far slower: {error}", stacklevel=4)
+    return Run(run_interpreted(*arguments), varied, "interpreted")
+
+
+def _robots(
+    loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], seed: int, paths: Words
+) -> dict[str, Array]:
+    """The parameters of each path's own robot."""
+    for name in vary:
+        if name.split(".")[0] == "uncertainty":
+            raise ParameterError(
+                f"varied {name}", "common to all paths", "another parameter", "make a loop for each"
+            )
+    if loop.uncertainty is None:
+        return {}
+    drawn = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
+    for name in drawn.keys() & vary.keys():
+        raise ParameterError(
+            f"varied {name}",
+            "drawn by the loop's uncertainty",
+            "one source of each path's robot",
+            "leave it out, or take a loop without uncertainty",
+        )
+    return drawn
+
+
+def path_numbers(paths: Any) -> Words:
+    """Path numbers 0, 1, ... of a count, or the given ones."""
+    if isinstance(paths, Integral) and not isinstance(paths, bool) and int(paths) >= 0:
+        return np.arange(int(paths), dtype=np.uint64)
+    if isinstance(paths, Iterable) and not isinstance(paths, str):
+        return np.array([natural("path", path) for path in paths], dtype=np.uint64)
+    raise ParameterError("paths", repr(paths), "a number of paths, or path numbers")
+
+
+def samples_of(loop: ClosedLoop, duration: float) -> int:
+    """Samples of a run: at 0, period, ... up to and including the duration [s]."""
+    number = isinstance(duration, Real) and not isinstance(duration, bool)
+    if not (number and np.isfinite(duration) and duration >= 0):
+        raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
+    return round(duration / loop.period) + 1

@@ -1,0 +1,75 @@
+"""Realisations: the numbers that an excitation becomes in a loop."""
+
+import numpy as np
+
+from ftcfa.arrays import Array, counting, positive
+from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, natural, standard_normals
+from ftcfa.vibration.excitation import Excitation, Process
+
+CHUNK = 4096
+"""Steps whose noise is drawn at once."""
+
+
+def realise(
+    excitation: Excitation,
+    channels: int,
+    duration: float,
+    step: float,
+    *,
+    seed: int = 0,
+    path: int = 0,
+) -> Array:
+    """What a loop is shaken by: the mean of xi over each integration step.
+
+        Y_k/h,   Y_k = integral of xi from k h to (k + 1) h
+
+    These are the very numbers that path ``path`` of seed ``seed`` meets in `simulate`, before the
+    vibration's ``level``, where the excitation alone shakes a loop of that step.
+
+    Args:
+        excitation: What shakes.
+        channels: m, how many channels the noise input has.
+        duration: Rounded to whole steps [s].
+        step: h, the period of a loop over its substeps [s].
+        seed: Seed of the experiment, 0 <= seed < 2^64.
+        path: Number of the path, 0 <= path < 2^64.
+
+    Returns:
+        Shape (steps, m) [unit of xi].
+
+    Raises:
+        ShapeError: If the excitation has another number of channels.
+        ParameterError: If an argument is out of range, or the step too long for the excitation.
+    """
+    counting("channels", channels)
+    positive("duration", duration, "[s]")
+    positive("step", step, "[s]")
+    seed, path = natural("seed", seed), natural("path", path)
+    process = excitation.process(channels, step)
+    state = process.init(initial_normals(process, seed, path))
+    integrals = np.empty((round(duration / step), channels))
+    for start in range(0, len(integrals), CHUNK):
+        steps = range(start, min(start + CHUNK, len(integrals)))
+        for k, normals, row in zip(steps, *noise_of_steps(process, steps, seed, path), strict=True):
+            integrals[k], state = process.advance(state, normals, row)
+    return integrals / step
+
+
+def initial_normals(process: Process, seed: int, path: int) -> Array:
+    """Deviates of a path's initial state, shape (process.initial_normals,)."""
+    return standard_normals(seed, path, INITIAL_STATE, range(1), process.initial_normals)[0]
+
+
+def noise_of_steps(process: Process, steps: range, seed: int, path: int) -> tuple[Array, Array]:
+    """What drives a process over consecutive integration steps of a path.
+
+    Returns:
+        Standard normal deviates, shape (len(steps), process.normals), and the rows of the
+        process, shape (len(steps), columns).
+    """
+    normals = standard_normals(seed, path, PLANT_NOISE, steps, process.normals)
+    start = 0
+    if process.random_start:
+        start = first_rows(seed, np.array([path], dtype=np.uint64), len(process.rows))[0]
+    rows = process.rows[(start + np.arange(steps.start, steps.stop)) % len(process.rows)]
+    return normals, rows

@@ -1,0 +1,77 @@
+"""Free unit masses pushed by an excitation: their velocities are its integral."""
+
+import numpy as np
+
+from ftcfa import ClosedLoop, Sinusoid, Vibration, simulate
+
+AGREEMENT = 1e-9
+"""Of the engines: rounding of another order of operations."""
+CONFIDENCE = 1 - 1e-6
+
+
+class Mass:
+    """A user's plant: one free unit mass a channel."""
+
+    def __init__(self, n=1):
+        self.n = n
+        self.joint_names = tuple(f"slider{k}" for k in range(n))
+        self.joint_types = ("prismatic",) * n
+        self.effort_limit = np.ones(n)
+        self.home = np.zeros(n)
+
+    def mass_matrix(self, q):  # noqa: ARG002
+        return np.eye(self.n)
+
+    def damping_matrix(self, v):  # noqa: ARG002
+        return np.zeros((self.n, self.n))
+
+    def bias_force(self, q, v):  # noqa: ARG002
+        return np.zeros_like(q)
+
+
+class Push:
+    """A user's noise input: straight onto the masses."""
+
+    def __init__(self, channels=1):
+        self.channels = channels
+
+    def matrix(self, arm, q):  # noqa: ARG002
+        return np.eye(self.channels)
+
+
+class Rest:
+    """A law that does nothing."""
+
+    def init(self, q, v, desired):  # noqa: ARG002
+        return ()
+
+    def step(self, state, q, v, desired, period):  # noqa: ARG002
+        return {"u": np.zeros_like(q)}, state
+
+
+def pushed(excitation, n=1, **changes):
+    vibration = Vibration(Push(n), excitation)
+    return ClosedLoop(Mass(n), Rest(), Sinusoid(np.zeros(n)), vibration, **changes)
+
+
+def check_engines(loop, duration=0.2, names=("q", "v", "u")):
+    """Both engines give the same path."""
+    runs = [simulate(loop, duration, seed=3, path=5, engine=e) for e in ("compiled", "interpreted")]
+    assert runs[0].attrs["engine"] == "compiled"
+    for name in names:
+        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=AGREEMENT, atol=AGREEMENT)
+
+
+def run_process(process, steps, normals=None, initial=None, first=0):
+    """Integrals and rates of a process by its own functions, shapes (steps, m) and one more."""
+    state = process.init(np.zeros(process.initial_normals) if initial is None else initial)
+    normals = np.zeros((steps, process.normals)) if normals is None else normals
+    integrals, rates = [], []
+    for k in range(steps):
+        row = process.rows[(first + k) % len(process.rows)]
+        rates.append(process.rate(state, row) if process.integrable else np.zeros(0))
+        Y, state = process.advance(state, normals[k], row)
+        integrals.append(Y)
+    row = process.rows[(first + steps) % len(process.rows)]
+    rates.append(process.rate(state, row) if process.integrable else np.zeros(0))
+    return np.array(integrals), np.array(rates)
