@@ -10,61 +10,108 @@ from .errors import (
     UnknownNameError,
     UrdfError,
 )
+from .experiment import Experiment, load_experiment
 from .loop.closed_loop import ClosedLoop
+from .loop.faults import ExperimentError
 from .loop.references import Constant, MinimumJerk, Sinusoid, Table
 from .model.arm import Arm
 from .model.load import load_arm
 from .model.pendulum import PaperPendulum
+from .model.split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
+from .model.uncertainty import Uncertainty
+from .vibration.base_motion import BaseMotion
 from .vibration.excitation import WhiteNoise
 from .vibration.fitting import FilterFit, fit_filter
-from .vibration.noise_input import BaseAcceleration, NoiseInput, PaperPendulumInput
+from .vibration.noise_input import (
+    BaseAcceleration,
+    FrameWrench,
+    JointTorque,
+    NoiseInput,
+    PaperPendulumInput,
+)
+from .vibration.realisation import realise
+from .vibration.realised_spectrum import (
+    RealisedSpecification,
+    SpectrumEstimate,
+    estimate_spectrum,
+    realise_specification,
+)
 from .vibration.record import Record
 from .vibration.record_file import read_record
 from .vibration.recorded import RecordedAcceleration
+from .vibration.road import PASSENGER_CAR, TRUCK, QuarterCar, Road
 from .vibration.shaped_noise import ShapedNoise
 from .vibration.shaping import LinearFilter
 from .vibration.spectrum import Spectrum
 from .vibration.standards import Standard, read_table, standard, standards
+from .vibration.superposition import Stacked, Superposition
+from .vibration.sweep import SineSweep
+from .vibration.tones import Harmonic, RandomPhase
 from .vibration.vibration import Vibration
 
 __version__: str
 
 __all__ = [
     "FTCF",
+    "PASSENGER_CAR",
+    "TRUCK",
     "Arm",
     "BaseAcceleration",
+    "BaseMotion",
     "ClosedLoop",
     "Constant",
+    "Experiment",
+    "ExperimentError",
     "ExplicitFilter",
     "FilterFit",
+    "FrameWrench",
     "FtcfaError",
     "Gains",
+    "Harmonic",
     "ImplicitFilter",
+    "InertiaBounds",
+    "InertiaSplit",
+    "JointTorque",
     "LinearFilter",
     "MinimumJerk",
     "NoiseInput",
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
+    "QuarterCar",
     "RBFNetwork",
+    "RandomPhase",
+    "RealisedSpecification",
     "Record",
     "RecordedAcceleration",
+    "Road",
     "ShapeError",
     "ShapedNoise",
+    "SineSweep",
     "Sinusoid",
     "Spectrum",
+    "SpectrumEstimate",
+    "Stacked",
     "Standard",
+    "Superposition",
     "Table",
     "TracingError",
+    "Uncertainty",
     "UnknownNameError",
     "UrdfError",
     "Vibration",
     "WhiteNoise",
     "__version__",
+    "estimate_spectrum",
     "fit_filter",
+    "inertia_bounds",
+    "inertia_split",
     "load_arm",
+    "load_experiment",
     "read_record",
     "read_table",
+    "realise",
+    "realise_specification",
     "simulate",
     "simulate_paths",
     "standard",
