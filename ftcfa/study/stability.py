@@ -1,0 +1,44 @@
+"""Practical finite-time stability in mean square (Definition 1), as far as paths can show it."""
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import positive
+from ftcfa.errors import ParameterError, ShapeError
+
+
+def practical_settling_time(
+    time: npt.ArrayLike, mean_square_bound: npt.ArrayLike, epsilon: float
+) -> float:
+    """Earliest recorded time from which the bound stays below epsilon, to the end [s].
+
+        E|z1(t)|^2 < epsilon   for all recorded t >= T
+
+    Only the recorded times are looked at, and nothing is said of what follows the last. With the
+    upper ends of two-sided intervals of confidence c the statement at each single time has
+    confidence (1 + c)/2; for all k times together take 1 - (1 - c)/k in place of c (Bonferroni).
+
+    Args:
+        time: Rising, shape (k,) [s].
+        mean_square_bound: Upper confidence bound of E|z1|^2, NaN where there is none (a path
+            diverged), which counts as not below, shape (k,) [rad^2].
+        epsilon: [rad^2].
+
+    Returns:
+        T, or NaN if the bound is not below epsilon at the end.
+
+    Raises:
+        ParameterError: If epsilon is not positive, or the times do not rise.
+        ShapeError: If there are no times, or another number of bounds.
+    """
+    positive("epsilon", epsilon, "[rad^2]")
+    t, bound = np.asarray(time, dtype=float), np.asarray(mean_square_bound, dtype=float)
+    if t.ndim != 1 or t.size == 0:
+        raise ShapeError("time", f"shape {t.shape}", "shape (k,), one or more")
+    if bound.shape != t.shape:
+        raise ShapeError("mean_square_bound", f"shape {bound.shape}", f"shape {t.shape}")
+    if np.any(~(np.diff(t) > 0)):
+        raise ParameterError("time", "times that do not rise", "rising times")
+    outside = np.flatnonzero(~(bound < epsilon))
+    first = int(outside[-1]) + 1 if outside.size else 0
+    return float(t[first]) if first < len(t) else float("nan")
