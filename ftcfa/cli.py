@@ -190,6 +190,74 @@ def reproduce(
     console.print(f"\n{len(files)} files in {out}: {', '.join(files)}", markup=False)
 
 
+@app.command()
+def vibration(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="Vibration specifications. Without any: list those known by name.",
+            show_default=False,
+        ),
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="A file of specifications of your own; all of them, or those named.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the figure and summary.json.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what a vibration specification becomes: the fit, the level, the step, the spectrum.
+
+    `ftcfa vibration` alone lists the specifications that come along and their sources.
+    """
+    from rich.console import Console
+
+    from ftcfa.report.files import make_folder, write_whole
+    from ftcfa.report.vibration import (
+        catalogue_record,
+        print_catalogue,
+        print_realised,
+        realised_record,
+    )
+    from ftcfa.vibration.realised_spectrum import realise_specification
+    from ftcfa.vibration.standards import standards
+
+    console = Console(highlight=False)
+    if not names and table is None:
+        listed = catalogue_record(standards())
+        _print_json(listed) if as_json else print_catalogue(listed, console)
+        return
+    specifications = _specifications(names or [], table)
+    if out is not None:
+        make_folder(out)
+    realised = []
+    with _progress("specifications", len(specifications)) as advance:
+        for specification in specifications:
+            realised.append(realise_specification(specification))
+            advance()
+    record = realised_record(realised)
+    files = {}
+    if out is not None:
+        from ftcfa.report.spectra import spectra_files
+
+        files = {out / name: it for name, it in spectra_files(realised, record).items()}
+    for file, content in files.items():
+        write_whole(file, content)
+    if as_json:
+        _print_json({**record, "files": [str(file) for file in files]})
+        return
+    print_realised(record, console)
+    if files:
+        names_of_files = ", ".join(file.name for file in files)
+        console.print(f"{len(files)} files in {out}: {names_of_files}", markup=False)
+
+
 @contextmanager
 def _progress(label: str, total: int) -> Iterator[Callable[[], None]]:
     """A bar on standard error, if that is a terminal; yields what advances it by one.
@@ -219,6 +287,19 @@ def _progress(label: str, total: int) -> Iterator[Callable[[], None]]:
             yield advance
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def _specifications(names: Sequence[str], table: Path | None) -> list[Any]:
+    """Specifications by name, of those that come along or of a file; without names, all of it."""
+    from ftcfa.errors import UnknownNameError
+    from ftcfa.vibration.standards import read_table, standards
+
+    known = standards() if table is None else read_table(table)
+    for name in names:
+        if name not in known:
+            kind = "vibration standard" if table is None else f"{table}: table"
+            raise UnknownNameError(kind, name, tuple(known))
+    return [known[name] for name in names or known]
 
 
 def _locks(words: Sequence[str]) -> dict[str, float]:

@@ -15,6 +15,8 @@ from matplotlib.image import imread
 from ftcfa.cli import main
 from ftcfa.model.catalogue import catalogue
 from ftcfa.study.reproduction import QUICK_CASES, QUICK_DURATION
+from ftcfa.vibration.road import ROAD_CLASSES
+from ftcfa.vibration.standards import standards
 
 FTCFA = [sys.executable, "-c", "from ftcfa.cli import main; main()"]
 BAD_URDF = """<robot name="bad">
@@ -58,9 +60,10 @@ def test_version(capsys) -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["--help"], ["inspect", "reproduce", "--version"]),
+        (["--help"], ["inspect", "reproduce", "vibration", "--version"]),
         (["inspect", "--help"], ["--lock", "--effort-limit", "--gravity", "--json", "lists"]),
         (["reproduce", "--help"], ["--out", "--quick", "--json"]),
+        (["vibration", "--help"], ["NAME", "--table", "--out", "--json", "lists"]),
     ],
 )
 def test_help(capsys, monkeypatch, words, expected) -> None:
@@ -183,6 +186,82 @@ def test_closed_pipe_is_quiet() -> None:
     assert process.stderr is not None
     assert process.stderr.read() == ""
     process.wait()
+
+
+OWN_TABLE = """[floor]
+points = [[5, 1e-5], [20, 1e-4], [80, 1e-4]]
+[deck]
+points = [[2, 0.001], [10, 0.01], [40, 0.001]]
+source = "own measurement"
+"""
+
+
+@pytest.fixture
+def own_table(tmp_path, monkeypatch) -> str:
+    """A user's own specifications; estimates of a few segments, for speed."""
+    monkeypatch.setattr("ftcfa.vibration.realised_spectrum.LENGTHS", 4)
+    file = tmp_path / "own.toml"
+    file.write_text(OWN_TABLE)
+    return str(file)
+
+
+def test_vibration_alone_lists_the_specifications(capsys) -> None:
+    assert call("vibration") == 0
+    text = capsys.readouterr().out
+    assert all(word in text for word in [*standards(), "unverified", "ISO 8608", "16384e-6 m^3"])
+    assert call("vibration", "--json") == 0
+    record = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in record["standards"]] == list(standards())
+    assert record["roads"]["roughness"] == ROAD_CLASSES
+    assert "unverified" in record["roads"]["provenance"]
+
+
+def test_vibration_of_a_table(capsys, own_table) -> None:
+    assert call("vibration", "--table", own_table) == 0
+    shown = capsys.readouterr()
+    for word in ("floor", "deck", "own measurement", "not stated", "shaping filter", "substeps=1"):
+        assert word in shown.out
+    assert "files" not in shown.out
+    assert shown.err == ""
+
+
+def test_vibration_of_a_name_writes_its_figure(capsys, own_table, tmp_path) -> None:
+    out = tmp_path / "new" / "out"
+    assert call("vibration", "deck", "--table", own_table, "--out", str(out), "--json") == 0
+    shown = capsys.readouterr()
+    record = json.loads(shown.out)
+    assert shown.err == ""
+    files = record.pop("files")
+    assert [entry["name"] for entry in record["specifications"]] == ["deck"]
+    assert json.loads((out / "summary.json").read_text()) == record
+    assert sorted(map(Path, files)) == sorted(out.iterdir())
+    assert imread(out / "spectrum.png").std() > 0.05
+
+
+def test_vibration_as_a_process(tmp_path) -> None:
+    done = run("vibration", "mil_std_810g_highway_truck_vertical", "--out", str(tmp_path))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "3 files in" in done.stdout
+    assert (tmp_path / "spectrum.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["gevs"], ["vibration standard 'gevs': unknown name", *standards()]),
+        (["ship", "--table", "{own}"], ["own.toml: table 'ship': unknown name", "floor, deck"]),
+        (["--table", "no_such.toml"], ["no_such.toml: No such file"]),
+        (["--table", "{own}.bad"], ["own.toml.bad: [floor]: points: missing"]),
+        (["gevs_acceptance", "--out", "{own}/out"], ["cannot be written"]),
+    ],
+    ids=repr,
+)
+def test_vibration_of_bad_input_is_one_sentence(capsys, own_table, words, expected) -> None:
+    Path(f"{own_table}.bad").write_text("[floor]\n")
+    assert call("vibration", *(word.format(own=own_table) for word in words)) == 2
+    shown = capsys.readouterr()
+    assert all(text in one_sentence(shown.err) for text in expected)
+    assert shown.out == ""
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,8 @@ from ftcfa.vibration.spectrum import Spectrum
 
 Spacing = Literal["uniform", "equal_power"]
 
+NEAR = 1e-9
+"""Share of the distance of lines by which an edge of the band may miss one, by rounding."""
 BLOCK = 500_000
 """Cosines evaluated at a time: some megabytes."""
 
@@ -106,8 +108,9 @@ def spectral_lines(spectrum: Spectrum, lines: int, spacing: Spacing = "uniform")
     if spacing != "uniform":
         raise ParameterError("spectral_lines spacing", repr(spacing), '"uniform" or "equal_power"')
     distance = (high - low) / lines
-    first, last = int(np.rint(low / distance)), int(np.rint(high / distance))
-    frequencies = np.arange(max(first, 1), last + 1) * distance
+    multiples = np.array([low, high]) / distance
+    first, last = int(np.ceil(multiples[0] - NEAR)), int(np.floor(multiples[1] + NEAR))
+    frequencies = np.minimum(np.arange(max(first, 1), last + 1) * distance, high)
     between = 0.5 * (frequencies[1:] + frequencies[:-1])
     powers = np.diff(spectrum.power(np.concatenate([[low], between, [high]])))
     some = powers > 0

@@ -1,0 +1,216 @@
+"""Vibration specifications as a user chooses among them: lists, fits, levels, steps."""
+
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ftcfa.vibration.fitting import DB, FilterFit
+from ftcfa.vibration.realised_spectrum import RealisedSpecification, SpectrumEstimate
+from ftcfa.vibration.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
+from ftcfa.vibration.spectrum import (
+    STANDARD_GRAVITY,
+    band_step_limit,
+    substeps_needed,
+)
+from ftcfa.vibration.standards import NOT_STATED, Standard
+
+PERIOD = 1e-3
+"""Controller period that the substeps are stated for, the default of a loop [s]."""
+ERRORS = ("worst_db", "worst_frequency", "edge_db", "edge_frequency", "rms_error", "outside")
+VERDICTS = ("within_tolerance", "within_edge_tolerance")
+"""What is told of a fit, by the names of its attributes."""
+UNITS = {
+    "g_rms": "g",
+    "nominal_g_rms": "g",
+    "band": "Hz",
+    "points": "[Hz, g^2/Hz]",
+}
+"""Of what is told of a table."""
+
+
+def unverified(verified: str) -> bool:
+    """Whether no primary source of a table was seen, by what its author says of it."""
+    return verified == NOT_STATED or verified.startswith("unverified")
+
+
+def provenance_lines(source: str, verified: str) -> list[str]:
+    """Source of a table and how far it was checked, a line each."""
+    known = "" if verified.startswith("unverified") else "verified: "
+    return [f"source: {source}", f"{known}{verified}"]
+
+
+def catalogue_record(standards: Mapping[str, Standard]) -> dict[str, Any]:
+    """All that `ftcfa vibration` alone shows, as plain data."""
+    return {
+        "standards": [_described(standard) for standard in standards.values()],
+        "roads": {
+            "provenance": PROVENANCE,
+            "reference_frequency": REFERENCE_FREQUENCY,
+            "roughness": dict(ROAD_CLASSES),
+        },
+        "units": {**UNITS, "reference_frequency": "cycles/m", "roughness": "m^3"},
+    }
+
+
+def realised_record(realised: Sequence[RealisedSpecification]) -> dict[str, Any]:
+    """What summary.json holds: an entry a specification, and what is needed to run it again."""
+    return {
+        "specifications": [_realised(one) for one in realised],
+        "period": PERIOD,
+        "versions": {
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("ftcfa", "numpy", "scipy", "matplotlib")},
+        },
+        "units": {
+            **UNITS,
+            "worst_db": "dB",
+            "worst_frequency": "Hz",
+            "edge_db": "dB",
+            "edge_frequency": "Hz",
+            "resolution": "Hz",
+            "duration": "s",
+            "step": "s",
+            "largest_step": "s",
+            "period": "s",
+        },
+    }
+
+
+def _described(standard: Standard) -> dict[str, Any]:
+    spectrum = standard.spectrum
+    g = spectrum.densities / STANDARD_GRAVITY**2
+    return {
+        "name": standard.name,
+        "source": standard.source,
+        "verified": standard.verified,
+        "unverified": unverified(standard.verified),
+        "nominal_g_rms": standard.nominal_g_rms,
+        "g_rms": spectrum.g_rms(),
+        "band": list(spectrum.band),
+        "points": [
+            list(pair) for pair in zip(spectrum.frequencies.tolist(), g.tolist(), strict=True)
+        ],
+    }
+
+
+def _realised(one: RealisedSpecification) -> dict[str, Any]:
+    return {
+        **_described(one.standard),
+        "largest_step": band_step_limit(one.standard.spectrum),
+        "substeps": substeps_needed(one.standard.spectrum, PERIOD),
+        "fit": _fit(one.fit),
+        "realised": {
+            "step": one.step,
+            "seed": one.seed,
+            "path": 0,
+            "shaped_noise": {"duration": one.duration, **_estimate(one.shaped)},
+            "random_phase": {"lines": one.lines, **_estimate(one.tones)},
+        },
+    }
+
+
+def _fit(fit: FilterFit) -> dict[str, Any]:
+    return {
+        "sentence": str(fit),
+        "order": fit.filter.order,
+        "g_rms": float(fit.filter.rms()[0]) / STANDARD_GRAVITY,
+        **{name: float(getattr(fit, name)) for name in ERRORS},
+        **{name: bool(getattr(fit, name)) for name in VERDICTS},
+    }
+
+
+def _estimate(estimate: SpectrumEstimate) -> dict[str, Any]:
+    return {
+        "g_rms": float(estimate.rms[0]) / STANDARD_GRAVITY,
+        "resolution": float(estimate.frequencies[0]),
+        "segments": estimate.segments,
+        "standard_error": estimate.standard_error,
+    }
+
+
+def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
+    """Write the names that need no table, below where they come from.
+
+    Args:
+        record: Of `catalogue_record`.
+        console: Where to write.
+    """
+    for (source, verified), entries in groupby(
+        record["standards"], itemgetter("source", "verified")
+    ):
+        _print_plain(source, "bold", console)
+        _print_plain(*_marked(verified), console)
+        table = Table.grid(padding=(0, 2))
+        for entry in entries:
+            table.add_row(f"  {entry['name']}", f"{entry['g_rms']:.4g} g rms", _band(entry))
+        console.print(table, "", highlight=False, markup=False)
+    roads = record["roads"]
+    _print_plain("Road classes of ISO 8608, for ftcfa.Road", "bold", console)
+    _print_plain(roads["provenance"], "yellow", console)
+    table = Table.grid(padding=(0, 2))
+    for name, roughness in roads["roughness"].items():
+        table.add_row(f"  {name}", f"{1e6 * roughness:g}e-6 m^3")
+    console.print(table, highlight=False, markup=False)
+    n_0 = f"{roads['reference_frequency']:g} cycles/m"
+    _print_plain(f"  (displacement density at {n_0})", "dim", console)
+
+
+def print_realised(record: Mapping[str, Any], console: Console) -> None:
+    """Write what became of each specification.
+
+    Args:
+        record: Of `realised_record`.
+        console: Where to write.
+    """
+    for entry in record["specifications"]:
+        _print_plain(entry["name"], "bold", console)
+        facts = Table.grid(padding=(0, 2))
+        facts.add_column(style="dim", no_wrap=True)
+        facts.add_column(overflow="fold")
+        facts.add_row("source", Text(entry["source"]))
+        facts.add_row("verified", Text(*_marked(entry["verified"])))
+        for label, text in _facts(entry, record["period"]):
+            facts.add_row(label, text)
+        console.print(facts, "", highlight=False, markup=False)
+
+
+def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str]]:
+    shaped, tones = (entry["realised"][name] for name in ("shaped_noise", "random_phase"))
+    error = DB * np.log1p(shaped["standard_error"])
+    return [
+        ("specified", f"{entry['g_rms']:.4g} g rms, {_band(entry)}"),
+        ("fitted", entry["fit"]["sentence"]),
+        (
+            "realised",
+            f"{shaped['g_rms']:.4g} g rms in {shaped['duration']:.0f} s of ShapedNoise (spectrum "
+            f"every {shaped['resolution']:.3g} Hz with a standard error of {error:.1f} dB); "
+            f"{tones['g_rms']:.4g} g rms by RandomPhase with {tones['lines']} lines",
+        ),
+        (
+            "step",
+            f"at most {1e3 * entry['largest_step']:.4g} ms: substeps={entry['substeps']} for a "
+            f"period of {1e3 * period:g} ms",
+        ),
+    ]
+
+
+def _band(entry: Mapping[str, Any]) -> str:
+    low, high = entry["band"]
+    return f"{low:g} to {high:g} Hz"
+
+
+def _marked(verified: str) -> tuple[str, str]:
+    """A text and its style: what is unverified strikes the eye."""
+    return verified, "yellow" if unverified(verified) else ""
+
+
+def _print_plain(text: str, style: str, console: Console) -> None:
+    console.print(text, style=style, highlight=False, markup=False)
