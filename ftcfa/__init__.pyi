@@ -19,6 +19,9 @@ from .model.load import load_arm
 from .model.pendulum import PaperPendulum
 from .model.split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .model.uncertainty import Uncertainty
+from .study.ensemble import ensemble
+from .study.summary import replay, settled_in_mean_square, settling
+from .study.verification import Specification, Verification, verify
 from .vibration.base_motion import BaseMotion
 from .vibration.excitation import WhiteNoise
 from .vibration.fitting import FilterFit, fit_filter
@@ -89,6 +92,7 @@ __all__ = [
     "ShapedNoise",
     "SineSweep",
     "Sinusoid",
+    "Specification",
     "Spectrum",
     "SpectrumEstimate",
     "Stacked",
@@ -99,9 +103,11 @@ __all__ = [
     "Uncertainty",
     "UnknownNameError",
     "UrdfError",
+    "Verification",
     "Vibration",
     "WhiteNoise",
     "__version__",
+    "ensemble",
     "estimate_spectrum",
     "fit_filter",
     "inertia_bounds",
@@ -112,8 +118,12 @@ __all__ = [
     "read_table",
     "realise",
     "realise_specification",
+    "replay",
+    "settled_in_mean_square",
+    "settling",
     "simulate",
     "simulate_paths",
     "standard",
     "standards",
+    "verify",
 ]

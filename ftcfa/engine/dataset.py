@@ -70,11 +70,11 @@ def trajectories(
     for name, values in varied.items():
         dataset = dataset.assign_coords({name: (("path", *inner(name, values.shape[1:])), values)})
     q_d = loop.reference.at(time).q
-    dataset["q_d"] = (("time", "joint"), q_d, _attributes(loop, "q_d", True))
+    dataset["q_d"] = (("time", "joint"), q_d, attributes(loop, *UNITS["q_d"], True))
     for name, values in run.signals.items():
         dims = inner(name, values.shape[2:])
-        attributes = _attributes(loop, name, "joint" in dims)
-        dataset[name] = (("path", "time", *dims), values, attributes)
+        told = attributes(loop, *UNITS.get(name, ("", name)), "joint" in dims)
+        dataset[name] = (("path", "time", *dims), values, told)
     squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
     dataset["ote"] = (
         ("path", "time"),
@@ -94,8 +94,8 @@ def _signed(paths: npt.NDArray[np.uint64]) -> npt.NDArray[np.integer[Any]]:
     return paths if np.any(paths >= 2**63) else paths.astype(np.int64)
 
 
-def _attributes(loop: ClosedLoop, name: str, per_joint: bool) -> dict[str, str]:
-    unit, meaning = UNITS.get(name, ("", name))
+def attributes(loop: ClosedLoop, unit: str, meaning: str, per_joint: bool) -> dict[str, str]:
+    """Units and meaning of a variable; prismatic joints have m for rad."""
     if per_joint and "prismatic" in loop.arm.joint_types:
         unit = f"{unit} (prismatic joints: {_linear(unit)})"
     return {"units": unit, "long_name": meaning}

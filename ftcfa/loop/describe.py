@@ -76,6 +76,14 @@ def self_contained(told: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
+def provenance(loop: ClosedLoop) -> dict[str, Any]:
+    """What results remember of their loop: all of it, or what can be told of a user's own parts."""
+    try:
+        return self_contained(document(loop))
+    except ParameterError:
+        return describe(loop)
+
+
 def arms(told: Any) -> Iterator[dict[str, Any]]:
     """The arms that a document tells of."""
     if isinstance(told, dict):

@@ -1,0 +1,158 @@
+"""What an ensemble amounts to: statistics over time and of each path, as one Dataset."""
+
+import json
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ftcfa.arrays import Array
+from ftcfa.engine.dataset import UNITS, attributes
+from ftcfa.engine.run import Engine
+from ftcfa.engine.simulate import simulate
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.describe import provenance
+from ftcfa.loop.metrics import UNITS as METRICS
+from ftcfa.loop.rebuild import rebuild
+from ftcfa.study.chunk import PER_JOINT, Plan, Tally
+from ftcfa.study.stability import practical_settling_time
+from ftcfa.study.survival import SettlingDistribution, settling_distribution
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+BOUNDS = ("estimate", "low", "high")
+"""Of every statistic: its value and the ends of its confidence interval."""
+
+
+def summarise(
+    loop: ClosedLoop, plan: Plan, tally: Tally, quantiles: Sequence[float], confidence: float
+) -> xr.Dataset:
+    """The statistics of an ensemble.
+
+    Returns:
+        A Dataset. Over time, for the overall tracking error ``ote`` and for each joint's ``error``
+        q - q_d and torque ``u``: ``*_mean``, ``*_mean_square`` and ``*_quantile``, with a
+        dimension ``bound`` (estimate, low, high). A path that has diverged leaves means undefined
+        (NaN) and counts as the largest of all in quantiles; ``*_survivors`` leave such paths
+        out. For each path: its metrics (see `ftcfa.loop.metrics`) and ``diverged_at``.
+    """
+    value, square = tally.moments
+    with np.errstate(invalid="ignore"):
+        estimates = {
+            "mean": value.student(confidence),
+            "mean_survivors": value.survivors().student(confidence),
+            "mean_square": square.skewness_corrected(confidence),
+            "mean_square_survivors": square.survivors().skewness_corrected(confidence),
+        }
+    data: dict[str, Any] = {}
+    for statistic, estimate in estimates.items():
+        data |= _over_time(loop, statistic, ("bound",), np.stack(estimate))
+    levels = np.asarray(quantiles, dtype=float)
+    found = np.stack(tally.sketch.quantile(levels, confidence))
+    data |= _over_time(loop, "quantile", ("bound", "quantile"), found)
+    per_path = tally.per_path
+    for name in per_path.data_vars:
+        unit, meaning = METRICS.get(str(name), ("s", "time of divergence, NaN if none"))
+        per_path[name].attrs = attributes(loop, unit, meaning, "joint" in per_path[name].dims)
+    times = plan.times(loop)
+    q_d = loop.reference.at(times).q
+    data["q_d"] = (("time", "joint"), q_d, attributes(loop, *UNITS["q_d"], True))
+    dataset = xr.Dataset(
+        data,
+        coords={
+            "time": ("time", times, {"units": "s"}),
+            "joint": list(loop.arm.joint_names),
+            "joint_type": ("joint", list(loop.arm.joint_types)),
+            "quantile": levels,
+            "bound": list(BOUNDS),
+        },
+        attrs={
+            "ftcfa_version": version("ftcfa"),
+            "experiment": json.dumps(provenance(loop)),
+            "duration": plan.duration,
+            "seed": plan.seed,
+            "tolerance": plan.tolerance,
+            "chunk": plan.chunk,
+            "confidence": confidence,
+            "diverged": int(np.isfinite(per_path["diverged_at"]).sum()),
+        },
+    )
+    return dataset.assign(per_path.data_vars)
+
+
+def replay(
+    dataset: xr.Dataset, path: int, *, loop: ClosedLoop | None = None, engine: Engine = "compiled"
+) -> xr.Dataset:
+    """Simulate one path of an ensemble again, with every internal signal.
+
+    Args:
+        dataset: What `ensemble` returned, or what was read from its store.
+        path: The path's number.
+        loop: The loop, where it has parts of a user's own, which no file can tell.
+        engine: As in `simulate`.
+
+    Raises:
+        ExperimentError: If the loop cannot be made of what the dataset tells.
+    """
+    told = dataset.attrs
+    if loop is None:
+        loop = rebuild(ClosedLoop, json.loads(told["experiment"]), "experiment", Path())
+    return simulate(
+        loop, told["duration"], seed=int(told["seed"]), path=path, signals="all", engine=engine
+    )
+
+
+def settling(dataset: xr.Dataset) -> SettlingDistribution:
+    """Distribution of the settling time over an ensemble's paths (Kaplan-Meier).
+
+    Args:
+        dataset: What `ensemble` returned.
+    """
+    times = dataset["settling_time"].values
+    return settling_distribution(
+        np.where(np.isfinite(times), times, np.nan),
+        dataset.attrs["duration"],
+        np.isfinite(dataset["diverged_at"].values),
+        dataset.attrs["confidence"],
+    )
+
+
+def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
+    """Practical finite-time stability in mean square (Definition 1), as far as paths show it.
+
+    The earliest kept time from which the upper confidence bound of E|z1|^2 stays below epsilon;
+    see `ftcfa.study.stability`.
+
+    Args:
+        dataset: What `ensemble` returned.
+        epsilon: [rad^2 or m^2].
+
+    Returns:
+        T [s], or NaN if the bound is not below epsilon at the end.
+    """
+    bound = dataset["ote_mean_square"].sel(bound="high").values
+    return practical_settling_time(dataset["time"].values, bound, epsilon)
+
+
+def _over_time(
+    loop: ClosedLoop, statistic: str, dims: tuple[str, ...], values: Array
+) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
+    """Variables of a statistic whose values have the shape (..., time, quantity)."""
+    n = loop.arm.n
+    columns = np.split(values, [1 + k * n for k in range(len(PER_JOINT))], axis=-1)
+    names = zip(("ote", *PER_JOINT), columns, strict=True)
+    told = {}
+    for name, part in names:
+        unit, meaning = UNITS["z1" if name in ("ote", "error") else name]
+        meaning = "overall tracking error |q - q_d|" if name == "ote" else meaning
+        square = "mean_square" in statistic
+        label = attributes(
+            loop, f"({unit})^2" if square else unit, f"{statistic} of {meaning}", name != "ote"
+        )
+        if name == "ote":
+            told[f"ote_{statistic}"] = ((*dims, "time"), part[..., 0], label)
+        else:
+            told[f"{name}_{statistic}"] = ((*dims, "time", "joint"), part, label)
+    return told

@@ -1,0 +1,210 @@
+"""`verify`: whether at least a share of all runs keeps a specification, with a known risk of error.
+
+Paths are run and looked at in their order until a sequential test knows the answer
+(`ftcfa.study.sequential`), so the answer does not depend on how many are run at once.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array, counting, positive, vector
+from ftcfa.engine.run import run_paths, samples_of
+from ftcfa.errors import ParameterError
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.metrics import PathMetrics
+from ftcfa.streams import natural
+from ftcfa.study.estimate import Estimate, probability
+from ftcfa.study.proportions import proportion
+from ftcfa.study.sequential import LARGEST_BETA, SequentialTest, Verdict
+
+CHUNK = 256
+"""Paths between two looks."""
+WORST = 5
+"""How many of the worst paths are named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Specification:
+    """What a run has to keep, and how many runs.
+
+    Attributes:
+        error: Largest overall tracking error |q - q_d| after ``within`` [rad or m].
+        within: Time to get there [s].
+        effort: Largest |u|, a number or one a joint [N m or N]; None for no limit of its own.
+        torque_rate: Largest change of u from sample to sample over the period, a number or one a
+            joint [N m/s or N/s]; None for no limit.
+        share: Share of all runs that shall keep it.
+        confidence: 1 - beta: yes and no are each wrong with probability beta at most.
+        budget: Largest number of paths to run.
+    """
+
+    error: float
+    within: float
+    effort: npt.ArrayLike | None = None
+    torque_rate: npt.ArrayLike | None = None
+    share: float = 0.95
+    confidence: float = 0.95
+    budget: int = 10_000
+
+    def __post_init__(self) -> None:
+        positive("Specification error", self.error, "[rad or m]")
+        positive("Specification within", self.within, "[s]")
+        probability("Specification share", self.share)
+        probability("Specification confidence", self.confidence)
+        if 1 - self.confidence > LARGEST_BETA:
+            raise ParameterError("Specification confidence", f"{self.confidence:g}", "2/3 or more")
+        counting("Specification budget", self.budget)
+        for name in ("effort", "torque_rate"):
+            limit = getattr(self, name)
+            if limit is not None and not np.all(vector(name, limit, np.size(limit)) > 0):
+                raise ParameterError(f"Specification {name}", repr(limit), "numbers > 0")
+
+
+@dataclass(frozen=True)
+class WorstPath:
+    """A path that broke the specification."""
+
+    path: int
+    """Its number, to `replay` it."""
+    reason: str
+    """What it did."""
+    excess: float
+    """How far it went, relative to the limit; inf if it diverged or never settled."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """The answer, and what it rests on.
+
+    Attributes:
+        answer: ``"yes"``, ``"no"`` or ``"undecided"``.
+        verdict: Of the sequential test: paths that kept the specification, paths looked at, and
+            bounds of the share that hold with the confidence asked for whenever one stops.
+        fixed: The share among all paths that were run, with Clopper and Pearson's interval. It
+            holds for a number of paths fixed beforehand: where the budget was used up.
+        worst: The worst of the paths that were run, the worst first.
+        seed: Of the paths.
+        specification: What was asked.
+    """
+
+    answer: Literal["yes", "no", "undecided"]
+    verdict: Verdict
+    fixed: Estimate
+    worst: tuple[WorstPath, ...]
+    seed: int
+    specification: Specification
+
+    def __str__(self) -> str:
+        asked, found = self.specification, self.verdict
+        lines = [
+            f"{self.answer}: {found.successes} of {found.trials} paths settle below "
+            f"{asked.error:g} within {asked.within:g} s and keep the limits; the share is between "
+            f"{found.low:.4g} and {found.high:.4g} (each bound with confidence "
+            f"{asked.confidence:g}), asked for is {asked.share:g}"
+        ]
+        lines += [f"path {one.path} of seed {self.seed}: {one.reason}" for one in self.worst]
+        return "\n".join(lines)
+
+
+def verify(
+    loop: ClosedLoop,
+    specification: Specification,
+    duration: float,
+    *,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Verification:
+    """Ask whether at least a share of all runs keeps a specification.
+
+    Args:
+        loop: The closed loop.
+        specification: What is asked.
+        duration: Length of a run, longer than ``within`` [s].
+        seed: Of the random streams.
+        threads: Threads; all that this process may use by default.
+        progress: Called with the paths done and the budget.
+
+    Raises:
+        ParameterError, ShapeError: If an argument is out of range, or a limit has another number
+            of joints.
+    """
+    natural("seed", seed)
+    samples = samples_of(loop, duration)
+    if not specification.within < duration:
+        raise ParameterError(
+            "duration", f"{duration:g} s", f"more than the {specification.within:g} s to settle"
+        )
+    limits = _limits(loop, specification)
+    watched = replace(loop, observer=PathMetrics(specification.error))
+    beta = 1 - specification.confidence
+    test = SequentialTest(specification.share, beta, specification.budget)
+    excess, verdict = np.zeros((len(limits), 0)), test.judge([])
+    for paths in _chunks(specification.budget):
+        run = run_paths(watched, samples, samples, seed, paths, ["u"], {}, threads)
+        part = _excess(watched, run.paths.observed, limits)
+        excess = np.concatenate([excess, part], axis=1)
+        verdict = test.judge(np.all(excess <= 1.0, axis=0))
+        if progress is not None:
+            progress(excess.shape[1], specification.budget)
+        if verdict.finished:
+            break
+    kept = np.all(excess <= 1.0, axis=0)
+    return Verification(
+        verdict.answer,
+        verdict,
+        proportion(int(kept.sum()), kept.size, specification.confidence),
+        _worst(excess, list(limits)),
+        seed,
+        specification,
+    )
+
+
+def _limits(loop: ClosedLoop, asked: Specification) -> dict[str, Array]:
+    """Largest allowed values of metrics, shape (1,) or (n,)."""
+    limits = {"settling_time": np.array([asked.within])}
+    for name, limit in (("peak_torque", asked.effort), ("peak_torque_rate", asked.torque_rate)):
+        if limit is not None:
+            limits[name] = vector(f"Specification limit of {name}", limit, loop.arm.n)
+    return limits
+
+
+def _chunks(budget: int) -> Iterator[npt.NDArray[np.uint64]]:
+    for start in range(0, budget, CHUNK):
+        yield np.arange(start, min(start + CHUNK, budget), dtype=np.uint64)
+
+
+def _excess(loop: ClosedLoop, observed: Any, limits: Mapping[str, Array]) -> Array:
+    """Metrics over their limits, the worst joint's, shape (limits, paths); inf where diverged."""
+    metrics = cast(PathMetrics, loop.observer).results(observed, loop.period)
+    rows = [
+        np.max(metrics[name].reshape(-1, len(limit)) / limit, axis=1)
+        for name, limit in limits.items()
+    ]
+    return np.nan_to_num(np.array(rows), nan=np.inf, posinf=np.inf)
+
+
+def _worst(excess: Array, names: Sequence[str]) -> tuple[WorstPath, ...]:
+    """The paths that went farthest beyond some limit."""
+    largest = np.max(excess, axis=0)
+    order = np.argsort(-largest, kind="stable")[:WORST]
+    return tuple(
+        WorstPath(int(path), _reason(excess[:, path], names), float(largest[path]))
+        for path in order
+        if largest[path] > 1.0
+    )
+
+
+def _reason(excess: Array, names: Sequence[str]) -> str:
+    if np.all(np.isinf(excess)):
+        return "diverged"
+    broken = [
+        "does not settle" if np.isinf(value) else f"{name} is {value:.3g} times its limit"
+        for name, value in zip(names, excess, strict=True)
+        if value > 1.0
+    ]
+    return ", ".join(broken)
