@@ -9,6 +9,10 @@ from ftcfa.arrays import Array, positive
 from ftcfa.control.protocol import Signals
 
 
+ROUNDING = 1e-12
+"""Of a time over the period."""
+
+
 class Counts(NamedTuple):
     """State of `PathMetrics`; of many paths with a leading dimension each."""
 
@@ -20,6 +24,10 @@ class Counts(NamedTuple):
     """Sum of squared errors since then, shape (1,) [rad^2 or m^2]."""
     peak: Array
     """Largest squared error since then, shape (1,) [rad^2 or m^2]."""
+    late_square: Array
+    """Sum of squared errors over the late samples, shape (1,) [rad^2 or m^2]."""
+    late_peak: Array
+    """Largest squared error of them, shape (1,) [rad^2 or m^2]."""
     first: Array
     """Error at the first sample, shape (n,) [rad or m]."""
     overshoot: Array
@@ -47,9 +55,11 @@ class PathMetrics:
     Attributes:
         tolerance: Overall tracking error |q - q_d| within which a path counts as settled [rad or
             m].
+        after: Samples from this time on are late [s].
     """
 
     tolerance: float
+    after: float = 0.0
 
     def __post_init__(self) -> None:
         positive("tolerance", self.tolerance, "[rad or m]")
@@ -57,13 +67,14 @@ class PathMetrics:
     def init(self, n: int) -> Counts:
         """Nothing seen."""
         one, joints = np.zeros(1), np.zeros(n)
-        return Counts(*[one] * 4, *[joints] * 7, *[one] * 2)
+        return Counts(*[one] * 6, *[joints] * 7, *[one] * 2)
 
-    def step(self, state: Counts, signals: Signals, period: float) -> Counts:  # noqa: ARG002
+    def step(self, state: Counts, signals: Signals, period: float) -> Counts:
         """Count one sample."""
         error, u, v = signals["q"] - signals["q_d"], signals["u"], signals["v"]
         square = np.reshape(error @ error, (1,))
         inside = square <= self.tolerance**2
+        late = np.where(state.samples * period >= self.after * (1 - ROUNDING), square, 0.0)
         first = np.where(state.samples > 0, state.first, error)
         change = np.where(state.samples > 0, np.abs(u - state.torque), 0.0)
         demand = np.max(np.abs(signals["u_command"]) - np.abs(u))
@@ -72,6 +83,8 @@ class PathMetrics:
             outside=np.where(inside, state.outside, state.samples + 1.0),
             square=np.where(inside, state.square + square, 0.0),
             peak=np.where(inside, np.maximum(state.peak, square), 0.0),
+            late_square=state.late_square + late,
+            late_peak=np.maximum(state.late_peak, late),
             first=first,
             overshoot=np.maximum(state.overshoot, -np.sign(first) * error),
             torque=u,
@@ -97,14 +110,18 @@ class PathMetrics:
         samples, outside = counts.samples[:, 0], counts.outside[:, 0]
         inside = samples - outside
         settled = inside > 0
+        late = np.maximum(samples - np.ceil(self.after / period * (1 - ROUNDING)), 0.0)
         changes = np.maximum(counts.samples - 1.0, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             rms = np.sqrt(counts.square[:, 0] / inside)
+            late_rms = np.sqrt(counts.late_square[:, 0] / late)
         never = np.where(np.isnan(samples), np.nan, np.inf)
         return {
             "settling_time": np.where(settled, outside * period, never),
             "rms_error": np.where(settled, rms, np.nan),
             "peak_error": np.where(settled, np.sqrt(counts.peak[:, 0]), np.nan),
+            "late_rms_error": late_rms,
+            "late_peak_error": np.where(late > 0, np.sqrt(counts.late_peak[:, 0]), np.nan),
             "overshoot": counts.overshoot,
             "saturated": counts.saturated[:, 0] / samples,
             "peak_torque": counts.peak_torque,
@@ -119,6 +136,8 @@ UNITS = {
     "settling_time": ("s", "time after which the error stays within the tolerance, inf if never"),
     "rms_error": ("rad", "rms of the overall tracking error after settling"),
     "peak_error": ("rad", "largest overall tracking error after settling"),
+    "late_rms_error": ("rad", "rms of the overall tracking error over the late samples"),
+    "late_peak_error": ("rad", "largest overall tracking error of the late samples"),
     "overshoot": ("rad", "largest error on the other side of the reference than at the start"),
     "saturated": ("1", "share of samples at which some joint asked for more than its limit"),
     "peak_torque": ("N m", "largest torque"),

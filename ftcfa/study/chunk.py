@@ -34,6 +34,7 @@ class Plan:
             times.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         chunk: Paths a chunk: what is computed, stored and sent at once.
+        after: Time from which errors count as late [s]; None takes half of the duration.
     """
 
     duration: float
@@ -41,6 +42,7 @@ class Plan:
     record_every: int = 0
     tolerance: float = 0.05
     chunk: int = 4096
+    after: float | None = None
 
     def __post_init__(self) -> None:
         natural("seed", self.seed)
@@ -50,7 +52,12 @@ class Plan:
 
     def watched(self, loop: ClosedLoop) -> ClosedLoop:
         """The loop with an observer that counts what each path amounts to."""
-        return replace(loop, observer=PathMetrics(self.tolerance))
+        return replace(loop, observer=PathMetrics(self.tolerance, self.late))
+
+    @property
+    def late(self) -> float:
+        """Time from which errors count as late [s]."""
+        return self.duration / 2 if self.after is None else self.after
 
     def every(self, loop: ClosedLoop) -> int:
         """Samples from one kept time to the next."""

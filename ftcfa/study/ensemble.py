@@ -29,6 +29,7 @@ def ensemble(
     seed: int = 0,
     record_every: int = 0,
     tolerance: float = 0.05,
+    after: float | None = None,
     quantiles: Sequence[float] = QUANTILES,
     confidence: float = CONFIDENCE,
     trajectories: Iterable[int] = (),
@@ -52,6 +53,7 @@ def ensemble(
         record_every: Statistics over time are kept at every so many samples; 0 takes about 200
             times.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
+        after: Time from which errors count as late [s]; half of the duration by default.
         quantiles: Probabilities of the quantiles over time.
         confidence: Of every interval.
         trajectories: Numbers of paths that are kept whole.
@@ -76,7 +78,7 @@ def ensemble(
     for p in quantiles:
         probability("quantile", p)
     whole = path_numbers(trajectories)
-    plan = Plan(float(duration), seed, record_every, tolerance, chunk)
+    plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
     told = {"loop": describe(loop), "plan": describe(plan)}
     place = None if store is None else Store(store, told)
     tally = Tally(len(plan.times(loop)), loop.arm.n)

@@ -74,6 +74,7 @@ def summarise(
             "duration": plan.duration,
             "seed": plan.seed,
             "tolerance": plan.tolerance,
+            "after": plan.late,
             "chunk": plan.chunk,
             "confidence": confidence,
             "diverged": int(np.isfinite(per_path["diverged_at"]).sum()),
