@@ -84,6 +84,15 @@ def provenance(loop: ClosedLoop) -> dict[str, Any]:
         return describe(loop)
 
 
+def differences(found: Any, told: Any, name: str = "") -> str:
+    """Names of the entries in which two pieces of plain data differ."""
+    if isinstance(found, dict) and isinstance(told, dict):
+        keys = [key for key in {**found, **told} if found.get(key) != told.get(key)]
+        inner = [differences(found.get(k), told.get(k), f"{name}.{k}".strip(".")) for k in keys]
+        return ", ".join(inner)
+    return name
+
+
 def arms(told: Any) -> Iterator[dict[str, Any]]:
     """The arms that a document tells of."""
     if isinstance(told, dict):

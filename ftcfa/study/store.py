@@ -21,6 +21,7 @@ import xarray as xr
 import zarr
 
 from ftcfa.errors import FtcfaError, ParameterError
+from ftcfa.loop.describe import differences
 
 CHUNKS, RESULT = "chunks", "result"
 UNFINISHED = ".part"
@@ -57,7 +58,7 @@ class Store:
                 str(self.path), "no store of an ensemble", "a new folder, or one that ensemble made"
             ) from error
         if found != told:
-            differ = _differences(json.loads(str(found)), json.loads(told)) if found else "all"
+            differ = differences(json.loads(str(found)), json.loads(told)) if found else "all"
             raise ParameterError(
                 str(self.path),
                 f"a store of another experiment (they differ in {differ})",
@@ -133,12 +134,3 @@ def _rename(new: Path, place: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
     else:
         new.rename(place)
-
-
-def _differences(found: Any, told: Any, name: str = "") -> str:
-    """Names of the entries in which two pieces of plain data differ."""
-    if isinstance(found, dict) and isinstance(told, dict):
-        keys = [key for key in {**found, **told} if found.get(key) != told.get(key)]
-        inner = [_differences(found.get(k), told.get(k), f"{name}.{k}".strip(".")) for k in keys]
-        return ", ".join(inner)
-    return name
