@@ -1,17 +1,28 @@
-"""The README's Python, run as it stands."""
+"""The README's Python and its files, run and read as they stand."""
 
 import re
 from pathlib import Path
 
+from ftcfa import read_table
+
 README = Path(__file__).parents[1] / "README.md"
 
 
-def test_the_code_blocks_run_one_after_the_other(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
-    assert len(blocks) >= 3
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README.read_text(), re.DOTALL)
+
+
+def test_the_code_blocks_run_one_after_the_other(capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for text in blocks("toml"):
+        Path(re.match(r"# (\S+)", text)[1]).write_text(text)
+    assert len(blocks("python")) >= 5
     names = {}
-    for block in blocks:
+    for block in blocks("python"):
         exec(block, names)
     printed = capsys.readouterr().out
     assert float(printed.split()[0]) < 0.03  # Panda's error in the last half of its run [rad]
     assert names["rms"].shape == (1000,)
+    assert names["floor"].shape == (4000, 3)
+    assert Path("again.toml").exists()
+    assert list(read_table("my_site.toml")) == ["hall"]

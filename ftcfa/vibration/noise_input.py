@@ -66,7 +66,8 @@ class JointTorque:
         Lambda(q) = columns of the identity
 
     Attributes:
-        joints: Names of the joints, a channel each; all of the arm's by default.
+        joints: Names of the joints, a channel each; all of the arm's by default. One alone needs
+            no brackets.
     """
 
     joints: Sequence[str] | None = None
@@ -78,6 +79,7 @@ class JointTorque:
             UnknownNameError: If the arm has no such joint; it lists those it has.
         """
         names = arm.joint_names if self.joints is None else self.joints
+        names = (names,) if isinstance(names, str) else names
         for name in names:
             if name not in arm.joint_names:
                 raise UnknownNameError("JointTorque joint", str(name), arm.joint_names)

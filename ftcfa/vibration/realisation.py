@@ -3,6 +3,7 @@
 import numpy as np
 
 from ftcfa.arrays import Array, counting, positive
+from ftcfa.errors import ParameterError
 from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, natural, standard_normals
 from ftcfa.vibration.excitation import Excitation, Process
 
@@ -39,8 +40,12 @@ def realise(
 
     Raises:
         ShapeError: If the excitation has another number of channels.
-        ParameterError: If an argument is out of range, or the step too long for the excitation.
+        ParameterError: If an argument is out of range or no excitation, or the step too long for
+            it.
     """
+    if not hasattr(excitation, "process"):
+        expected = "an excitation, such as ShapedNoise(...)"
+        raise ParameterError("realise excitation", repr(excitation), expected)
     counting("channels", channels)
     positive("duration", duration, "[s]")
     positive("step", step, "[s]")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ShapeError
+from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.record import Record
 
@@ -17,10 +17,22 @@ class RecordedAcceleration(Excitation):
     Attributes:
         record: From `read_record`, or values of your own in a `Record`; an axis a channel.
         random_start: Whether each path begins at a sample of its own, keyed by (seed, path).
+
+    Raises:
+        ParameterError: If the record is none.
     """
 
     record: Record
     random_start: bool = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.record, Record):
+            raise ParameterError(
+                "RecordedAcceleration record",
+                f"a {type(self.record).__name__}",
+                "a Record",
+                "read_record(file) reads one; Record(step, values) holds values of your own",
+            )
 
     def process(self, channels: int, step: float) -> "TabulatedProcess":
         """See `Excitation.process`."""

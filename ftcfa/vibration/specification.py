@@ -28,6 +28,7 @@ def spectrum_of(specification: Specification) -> Spectrum:
         "vibration specification",
         repr(specification),
         "a standard's name, a Standard or a Spectrum",
+        "break points make one: Spectrum.from_g([10, 40, 500], [0.015, 0.015, 0.00015])",
     )
 
 

@@ -1,0 +1,284 @@
+"""How well does the controller track on the floor of a truck?
+
+    python scripts/truck_floor.py [--out FOLDER] [--quick]
+
+The paper's double pendulum and Panda stand on the floor of a US highway truck (MIL-STD-810G, figure
+514.6C-1, unverified in a primary source): longitudinal along x, transverse along y, vertical along
+z, all at once and independent. The controller has the paper's gains and knows the nominal robot;
+each path has a floor of its own and, where robots are uncertain, a robot of its own. A table and
+the figure truck-floor.png tell what comes out, in two minutes.
+"""
+
+import argparse
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from rich.console import Console
+
+from ftcfa import (
+    FTCF,
+    BaseAcceleration,
+    ClosedLoop,
+    RandomPhase,
+    ShapedNoise,
+    Sinusoid,
+    Uncertainty,
+    Vibration,
+    load_arm,
+    realise,
+    simulate_paths,
+)
+from ftcfa.arrays import Array
+from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH
+from ftcfa.report.files import make_folder, write_whole
+from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0, settled_after
+from ftcfa.vibration.spectrum import STANDARD_GRAVITY
+
+AXES = ("longitudinal", "transverse", "vertical")
+TABLES = tuple(f"mil_std_810g_highway_truck_{axis}" for axis in AXES)
+LINES, QUICK_LINES = 490, 49
+"""Of a sum of sinusoids on 10 to 500 Hz: a line every 1 Hz, or 10 Hz; both begin at 10 Hz."""
+SUBSTEPS = 4
+ROBOTS = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
+SHOWN = {"pendulum": "none", "Panda": "bias"}
+"""The arms, and the compensation that the figure shows."""
+LAW = {"none": "the paper's law", "bias": "nominal bias compensated"}
+COLOURS = {
+    ("truck", True): (ORANGE, "#F6D2BE"),
+    ("truck", False): (BLUE, "#BBD7E8"),
+    ("at rest", False): (INK, LIGHT),
+}
+"""Of median and band, by floor and whether robots are uncertain; the last lies on top."""
+QUANTILES = (0.05, 0.5, 0.95)
+RECORD_EVERY, POOLED = 5, 10
+"""Samples of the controller a recorded one, and recorded ones a point of the figure."""
+DPI = 150
+GLANCE = 0.2
+"""Length of the look at the floor [s]."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One ensemble: which loop, on which floor, and whether its robots are uncertain."""
+
+    arm: str
+    compensation: str
+    floor: str
+    uncertain: bool = False
+
+
+CASES = tuple(
+    Case(arm, compensation, floor, uncertain)
+    for arm in SHOWN
+    for compensation in LAW
+    for floor, uncertain in (
+        ("at rest", False), ("truck", False), ("truck", True), ("lines", False),
+    )
+    if floor != "lines" or SHOWN[arm] == compensation
+)  # fmt: skip
+
+
+def closed_loop(case: Case, lines: int) -> ClosedLoop:
+    """The paper's loop, or Panda about its home posture, on the floor of a case."""
+    floors = {"truck": ShapedNoise(TABLES), "lines": RandomPhase(TABLES, lines)}
+    if case.arm == "pendulum":
+        arm = load_arm("double_pendulum", gravity=GRAVITY)
+        reference, start = REFERENCE, {"q0": Q0, "v0": V0}
+    else:
+        arm, start = load_arm("panda"), {}
+        reference = Sinusoid(amplitude=0.3, frequency=1.0, offset=arm.home)
+    return ClosedLoop(
+        arm,
+        FTCF(arm, compensation=case.compensation),
+        reference,
+        Vibration(BaseAcceleration("xyz"), floors[case.floor]) if case.floor in floors else None,
+        substeps=SUBSTEPS,
+        uncertainty=ROBOTS if case.uncertain else None,
+        **start,
+    )
+
+
+def run(loop: ClosedLoop, paths: int, duration: float, seed: int) -> xr.Dataset:
+    """Paths of a loop: ``ote`` [rad], ``effort`` and ``saturated`` over (path, time)."""
+    ran = simulate_paths(
+        loop, paths, duration, seed=seed, record_every=RECORD_EVERY, signals=["u_command"]
+    )
+    limit = xr.DataArray(loop.arm.effort_limit, dims="joint")
+    return ran.assign(
+        effort=(np.abs(ran.u) / limit).max("joint", skipna=False),
+        saturated=(np.abs(ran.u_command) > limit).any("joint").where(np.isfinite(ran.ote)),
+    )
+
+
+def overloaded(loop: ClosedLoop, ran: xr.Dataset) -> Array:
+    """Robots that could not follow the reference even on a floor at rest, shape (robots,).
+
+    Somewhere along it inverse dynamics asks for more torque than the limit.
+    """
+    robots = [loop.arm]
+    if loop.uncertainty is not None:
+        robots = [loop.arm.with_inertias(inertias) for inertias in ran["arm.inertias"].values]
+    desired = loop.reference.at(ran.time.values[:: 4 * POOLED])
+    return np.array([_demand(robot, desired) > 1.0 for robot in robots])
+
+
+def _demand(robot: Any, desired: Any) -> float:
+    u = [
+        robot.mass_matrix(q) @ a + robot.bias_force(q, v) for q, v, a in zip(*desired, strict=True)
+    ]
+    return float(np.max(np.abs(u) / robot.effort_limit))
+
+
+def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
+    """5 %, 50 % and 95 %; what diverged counts as the largest."""
+    lost = np.where(np.isnan(values), np.inf, values)
+    return np.quantile(lost, QUANTILES, axis=axis, method="inverted_cdf")
+
+
+def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
+    """What is told of an ensemble."""
+    late = ran.ote.values[:, ran.sizes["time"] // 2 :]
+    settled = [settled_after(ran.time.values, ote, BAND) for ote in ran.ote.values]
+    outside = ~np.all(late < BAND, axis=1)
+    heavy = np.sum(outside & overloaded(loop, ran))
+    return [
+        "paper's" if case.compensation == "none" else "+ bias",
+        case.floor,
+        "uncertain" if case.uncertain else "nominal",
+        _spread(1e3 * np.sqrt(np.mean(late**2, axis=1)), ".2f"),
+        _spread(np.array([np.inf if time is None else time for time in settled]), ".2f"),
+        _spread(100 * ran.saturated.mean("time").values, ".1f"),
+        f"{outside.sum()}" + (f"\n[dim]{heavy} too heavy[/dim]" if heavy else ""),
+        f"{np.isfinite(ran.diverged_at.values).sum()}",
+    ]
+
+
+def _spread(values: Array, spec: str) -> str:
+    """Median, and the other quantiles below it where they differ."""
+    low, median, high = (format(q, spec).replace("inf", "never") for q in quantiles(values))
+    return median if low == high else f"{median}\n[dim]{low}-{high}[/dim]"
+
+
+def print_table(rows: dict[Case, list[str]], paths: int, duration: float) -> None:
+    """A table an arm, and what the columns mean."""
+    console = Console(highlight=False)
+    headers = ("rms OTE\nmrad", "settled\ns", "saturated\n%", "outside\npaths", "diverged\npaths")
+    for arm in SHOWN:
+        table = plain_table()
+        for header in ("law", "floor", "robots"):
+            table.add_column(header, no_wrap=True)
+        for header in headers:
+            table.add_column(header, justify="right", no_wrap=True)
+        for case, cells in rows.items():
+            if case.arm == arm:
+                table.add_row(*cells)
+        console.print(f"{arm}, {paths} paths of {duration:g} s", style="bold")
+        print_fitted(table, console)
+        console.print()
+    console.print(
+        "Medians over the paths; below them 5 and 95 %. rms OTE: of |q - q_d| in the second half "
+        f"of the run. settled: |q - q_d| stays below {BAND:g} rad from then on. saturated: share "
+        f"of time in which some joint asks for more torque than its limit. outside: paths beyond "
+        f"{BAND:g} rad in the second half; too heavy: of those, robots that could not follow the "
+        "reference on a floor at rest. lines: the same tables as sums of sinusoids (RandomPhase), "
+        "of which nothing lies below 10 Hz.",
+        style="dim",
+    )
+
+
+@mpl.rc_context(STYLE)
+def figure(ensembles: dict[Case, xr.Dataset], seed: int) -> Figure:
+    """The floor, and for each arm tracking errors and torques over time."""
+    whole = Figure(figsize=(WIDTH, 6.9), layout=ConstrainedLayoutEngine())
+    whole.suptitle("On the floor of a truck", x=0.01, ha="left", fontsize=11, fontweight="bold")
+    floor, arms = whole.subfigures(2, 1, height_ratios=(1, 2.7))
+    _draw_floor(floor.subplots(1, len(AXES), sharey=True), seed)
+    panels = arms.subplots(2, 2, sharex=True, sharey="row")
+    for column, (arm, compensation) in zip(panels.T, SHOWN.items(), strict=True):
+        name = {"pendulum": "Double pendulum"}.get(arm, arm)
+        column[0].set_title(f"{name}, {LAW[compensation]}")
+        column[1].set_xlabel("time [s]")
+        for (ground, uncertain), colours in COLOURS.items():
+            ran = ensembles[Case(arm, compensation, ground, uncertain)]
+            label = f"{ground}, robots {'uncertain' if uncertain else 'nominal'}"
+            _draw_band(column[0], ran.ote, colours, label)
+            _draw_band(column[1], ran.effort, colours, label)
+        for ax, level in zip(column, (BAND, 1.0), strict=True):
+            ax.axhline(level, color=INK, linewidth=0.8, linestyle=DASHED, zorder=4)
+    errors, efforts = panels
+    errors[0].set_yscale("log")
+    errors[0].set_ylim(1e-6, 1.0)
+    errors[0].set_ylabel("OTE  $|q - q_d|$  [rad]")
+    efforts[0].set_ylim(0, 1.15)
+    efforts[0].set_ylabel("largest $|u_i|/u_i^*$  [1]")
+    efforts[0].set_xlim(0, float(ran.time[-1]))
+    for ax, level, text in (
+        (errors[1], BAND, f"settled: below {BAND:g}"),
+        (efforts[1], 1, "limit"),
+    ):
+        ax.annotate(text, (0.99, level), (0, 4), ha="right", fontsize=8, textcoords="offset points",
+                    xycoords=ax.get_yaxis_transform())  # fmt: skip
+    arms.legend(
+        *errors[0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=len(COLOURS),
+        frameon=False,
+        title=f"Median and, as a band, 5 to 95 % of {ran.sizes['path']} paths",
+    )
+    return whole
+
+
+def _draw_band(ax: Any, values: xr.DataArray, colours: tuple[str, str], label: str) -> None:
+    """Median and band of all that lies within a point of the figure."""
+    points = values.sizes["time"] // POOLED
+    pooled = values.values[:, : points * POOLED].reshape(len(values), points, POOLED)
+    time = values.time.values[: points * POOLED].reshape(points, POOLED).mean(axis=1)
+    low, median, high = quantiles(pooled, (0, 2))
+    ax.fill_between(time, low, high, color=colours[1], linewidth=0, zorder=2)
+    ax.plot(time, median, color=colours[0], label=label, zorder=3)
+
+
+def _draw_floor(panels: Any, seed: int) -> None:
+    """The floor's acceleration on path 0, as both arms meet it."""
+    step, floor = 1e-3 / SUBSTEPS, ShapedNoise(TABLES)
+    a = realise(floor, len(AXES), GLANCE, step, seed=seed) / STANDARD_GRAVITY
+    for k, (ax, axis, fit) in enumerate(zip(panels, AXES, floor.fits, strict=True)):
+        level = fit.filter.rms()[0] / STANDARD_GRAVITY
+        ax.plot(step * np.arange(len(a)), a[:, k], color=INK, linewidth=0.7)
+        ax.set_title(f"{'xyz'[k]}, {axis}: {level:.2f} g rms")
+        ax.set_xlabel("time [s]")
+        ax.set_xticks([0, GLANCE / 2, GLANCE])
+        ax.set_xlim(0, GLANCE)
+    panels[0].set_ylabel("acceleration [g]")
+
+
+def main() -> None:
+    """Run all cases, print the tables, draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the figure")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--quick", action="store_true", help="few short paths: seconds")
+    options = parser.parse_args()
+    make_folder(options.out)
+    paths, duration, lines = (8, 1.0, QUICK_LINES) if options.quick else (200, 10.0, LINES)
+    ensembles, rows = {}, {}
+    for case in CASES:
+        loop = closed_loop(case, lines)
+        ensembles[case] = run(loop, paths, duration, options.seed)
+        rows[case] = row(case, loop, ensembles[case])
+    print_table(rows, paths, duration)
+    buffer, drawn = io.BytesIO(), figure(ensembles, options.seed)
+    drawn.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    write_whole(options.out / "truck-floor.png", buffer.getvalue())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,42 @@
+"""The scripts, each in a quick mode, as a user would run it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def printed(script, *arguments):
+    """Standard output of a script that ends well; a warning is an error."""
+    run = subprocess.run(
+        [sys.executable, "-W", "error", SCRIPTS / script, *arguments],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "COLUMNS": "80"},
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+def test_truck_floor(tmp_path):
+    text = printed("truck_floor.py", "--quick", "--out", tmp_path)
+    assert "pendulum, 8 paths of 1 s" in text
+    assert "Panda, 8 paths of 1 s" in text
+    assert "…" not in text  # nothing is cut off in 80 columns
+    assert [file.name for file in tmp_path.iterdir()] == ["truck-floor.png"]
+    assert (tmp_path / "truck-floor.png").read_bytes().startswith(PNG)
+
+
+def test_own_noise_input():
+    """Gusts move the arm more, the more of the forearm is turned to the wind."""
+    lines = printed("own_noise_input.py", "--paths", "16").splitlines()[2:]
+    torques, shaken, still = ([float(line.split()[k]) for line in lines] for k in (-7, -4, -2))
+    assert len(lines) == 3
+    assert torques == sorted(torques, reverse=True)
+    assert torques[-1] == 0.0  # it turns no area to a wind along it
+    added = [a - b for a, b in zip(shaken, still, strict=True)]
+    assert added == sorted(added, reverse=True)
+    assert added[0] > added[-1]
