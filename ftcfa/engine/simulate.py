@@ -112,6 +112,9 @@ def _run(
     threads: int | None,
     engine: Engine,
 ) -> xr.Dataset:
+    if not isinstance(loop, ClosedLoop):
+        got = f"a {type(loop).__name__}"
+        raise ParameterError("simulate", got, "a ClosedLoop(arm, controller, reference, vibration)")
     numbers = path_numbers(paths)
     samples = samples_of(loop, duration)
     seed = natural("seed", seed)

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
 
+EACH = "one for each channel of the noise input, or choose fewer of its axes"
+"""Remedy where there are not as many channels as the input has."""
 Convention = Literal["psd", "amplitude"]
 
 
@@ -137,7 +139,7 @@ class WhiteNoise(Excitation):
         varpi = self._varpi
         if varpi.ndim > 0 and varpi.shape[0] != channels:
             raise ShapeError(
-                "WhiteNoise intensity", f"{varpi.shape[0]} channels", f"{channels} channels"
+                "WhiteNoise intensity", f"{varpi.shape[0]} channels", f"{channels} channels", EACH
             )
         matrix = varpi if varpi.ndim == 2 else np.diag(np.broadcast_to(varpi, (channels,)))
         if self.convention == "amplitude":

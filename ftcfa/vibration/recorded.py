@@ -6,7 +6,7 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.excitation import Excitation, Process
+from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.record import Record
 
 
@@ -38,7 +38,7 @@ class RecordedAcceleration(Excitation):
         """See `Excitation.process`."""
         axes = self.record.values.shape[1]
         if axes != channels:
-            raise ShapeError("RecordedAcceleration", f"{axes} axes", f"{channels} channels")
+            raise ShapeError("RecordedAcceleration", f"{axes} axes", f"{channels} channels", EACH)
         values = self.record.detrended().resampled(step).values
         following = np.roll(values, -1, axis=0)
         return TabulatedProcess(step * (values + following) / 2.0, self.random_start)

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ShapeError
-from ftcfa.vibration.excitation import Excitation, Process
+from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.fitting import FilterFit, fit_filter
 from ftcfa.vibration.road import Road
 from ftcfa.vibration.shaping import LinearFilter, SampledFilter
@@ -80,7 +80,7 @@ class ShapedNoise(Excitation):
                 check_step(source, step)
         outputs = sum(shaping.outputs for shaping in self.filters)
         if outputs != channels:
-            raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels")
+            raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels", EACH)
         return FilteredProcess(tuple(shaping.discretise(step) for shaping in self.filters))
 
 

@@ -243,5 +243,6 @@ def _check_points(f: Array, S: Array) -> None:
 
 _REMEDY = {
     "frequency": "the logarithmic axis has no zero; begin the band above it",
-    "density": "the density is zero outside the band by itself; leave such points out",
+    "density": "the density is zero outside the band by itself; leave such points out, or check "
+    "the sign: a density is a square",
 }

@@ -9,7 +9,7 @@ import numpy as np
 
 from ftcfa.arrays import Array, counting
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.excitation import Excitation, Process
+from ftcfa.vibration.excitation import EACH, Excitation, Process
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,9 @@ class Stacked(Excitation):
     def process(self, channels: int, step: float) -> "StackedProcess":
         """See `Excitation.process`; at most one part may read a table."""
         if sum(self.shares) != channels:
-            raise ShapeError("Stacked", f"{sum(self.shares)} channels", f"{channels} channels")
+            raise ShapeError(
+                "Stacked", f"{sum(self.shares)} channels", f"{channels} channels", EACH
+            )
         pairs = zip(self.parts, self.shares, strict=True)
         return StackedProcess([part.process(m, step) for part, m in pairs], self.shares)
 

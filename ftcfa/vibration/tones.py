@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, counting, vector
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.excitation import Excitation, Process
+from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.specification import Specification, several, spectrum_of
 from ftcfa.vibration.spectrum import Spectrum, check_step
 from ftcfa.vibration.synthesis import SpectralLines, spectral_lines
@@ -99,7 +99,9 @@ class RandomPhase(Excitation):
     def process(self, channels: int, step: float) -> "TonesProcess":
         """See `Excitation.process`; the step must resolve the band of every spectrum."""
         if len(self.spectra) != channels:
-            raise ShapeError("RandomPhase", f"{len(self.spectra)} channels", f"{channels} channels")
+            raise ShapeError(
+                "RandomPhase", f"{len(self.spectra)} channels", f"{channels} channels", EACH
+            )
         for spectrum, lines in zip(self.spectra, self.sums, strict=True):
             check_step(spectrum, step)
             check_frequency(float(lines.frequencies.max()), step)

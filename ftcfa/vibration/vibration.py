@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -48,7 +49,7 @@ class Vibration:
             raise ParameterError("Vibration input", repr(self.input), expected)
         if not hasattr(self.excitation, "process"):
             raise ParameterError("Vibration excitation", repr(self.excitation), "an excitation")
-        if not (np.isfinite(self.level) and self.level >= 0):
+        if not (isinstance(self.level, Real) and 0 <= self.level < np.inf):
             raise ParameterError("Vibration level", repr(self.level), "a number >= 0")
 
     @property
@@ -64,7 +65,8 @@ class Vibration:
         """
         shape = np.shape(self._input.matrix(arm, arm.home))
         if len(shape) != 2 or shape[0] != arm.n:
-            name = type(self.input).__name__
+            own = getattr(self.input, "function", type(self.input))
+            name = getattr(own, "__name__", type(own).__name__)
             raise ShapeError(f"matrix of {name}", f"shape {shape}", f"({arm.n}, channels)")
         process = self.excitation.process(shape[1], step)
         if isinstance(self.input, BaseMotion):
