@@ -12,7 +12,7 @@ import xarray as xr
 from ftcfa.arrays import Array
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe
+from ftcfa.loop.describe import LARGE, describe
 
 UNITS = {
     "q": ("rad", "position"),
@@ -60,7 +60,7 @@ def trajectories(
         },
         attrs={
             "ftcfa_version": version("ftcfa"),
-            "experiment": json.dumps(describe(loop)),
+            "experiment": json.dumps(describe(loop, LARGE)),
         },
     )
 

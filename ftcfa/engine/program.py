@@ -19,16 +19,18 @@ from ftcfa.engine.vector_math import Target, bind
 from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
-OPTIMISATION = 2
+OPTIMISATION = {"init": 0, "run": 2}
+"""Of LLVM's code generator: what runs once a path is compiled fast, what runs every tick well."""
 
 _P, _I = ctypes.c_void_p, ctypes.c_int64
 _INIT = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I)
 _RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _P, _I, _P, _I, _I, _I, _P, _I, _P)
-_INIT_SIGNATURE = "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed"
-_RUN_SIGNATURE = (
-    "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, ptr %rows, i64 %row_count, "
-    "ptr %first_rows, i64 %tick0, i64 %ticks, i64 %every, ptr %record, i64 %stride, ptr %death"
-)
+_SIGNATURES = {
+    "init": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed",
+    "run": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, ptr %rows, "
+    "i64 %row_count, ptr %first_rows, i64 %tick0, i64 %ticks, i64 %every, ptr %record, "
+    "i64 %stride, ptr %death",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,7 @@ class Program:
         lanes: Paths a block.
         states: Entries of a path's state.
         signals: Entries of a path's recorded row.
-        engine: Owner of the code.
+        engines: Owners of the code.
     """
 
     init: Any
@@ -56,7 +58,7 @@ class Program:
     lanes: int
     states: int
     signals: int
-    engine: llvm.ExecutionEngine
+    engines: tuple[llvm.ExecutionEngine, ...]
 
 
 _programs: WeakKeyDictionary[TracedLoop, dict[Target, Program]] = WeakKeyDictionary()
@@ -73,19 +75,22 @@ def compile_loop(traced: TracedLoop, target: Target) -> Program:
 
 
 def _compiled(traced: TracedLoop, target: Target) -> Program:
-    asm_init, asm_run = _init(traced, target), _run(traced, target)
-    text = _module(asm_init, asm_run)
-    key = sha256(text.encode()).hexdigest()
+    parts = {"init": _init(traced, target), "run": _run(traced, target)}
+    texts = {name: _module(name, asm) for name, asm in parts.items()}
+    key = sha256("".join(texts.values()).encode()).hexdigest()
     with _lock:
         if key not in _cache:
-            engine = _machine_code(text, asm_init.symbols | asm_run.symbols)
+            engines = {
+                name: _machine_code(texts[name], asm.symbols, OPTIMISATION[name])
+                for name, asm in parts.items()
+            }
             _cache[key] = Program(
-                init=_INIT(engine.get_function_address("init")),
-                run=_RUN(engine.get_function_address("run")),
+                init=_INIT(engines["init"].get_function_address("init")),
+                run=_RUN(engines["run"].get_function_address("run")),
                 lanes=target.lanes,
                 states=traced.init.nnz_out(0),
                 signals=traced.recorded,
-                engine=engine,
+                engines=tuple(engines.values()),
             )
             if len(_cache) > CACHED_PROGRAMS:
                 _cache.popitem(last=False)
@@ -93,7 +98,9 @@ def _compiled(traced: TracedLoop, target: Target) -> Program:
         return _cache[key]
 
 
-def _machine_code(text: str, symbols: set[str]) -> llvm.ExecutionEngine:
+def _machine_code(
+    text: str, symbols: set[str], optimisation: int = OPTIMISATION["run"]
+) -> llvm.ExecutionEngine:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     for symbol in symbols:
@@ -101,7 +108,7 @@ def _machine_code(text: str, symbols: set[str]) -> llvm.ExecutionEngine:
     machine = llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
         features=llvm.get_host_cpu_features().flatten(),
-        opt=OPTIMISATION,
+        opt=optimisation,
         jit=True,
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
@@ -109,18 +116,10 @@ def _machine_code(text: str, symbols: set[str]) -> llvm.ExecutionEngine:
     return engine
 
 
-def _module(init: Assembly, run: Assembly) -> str:
-    return "\n".join(
-        [
-            *sorted(init.declarations | run.declarations),
-            f"define void @init({_INIT_SIGNATURE}) {{",
-            *init.lines,
-            "}",
-            f"define void @run({_RUN_SIGNATURE}) {{",
-            *run.lines,
-            "}",
-        ]
-    )
+def _module(name: str, asm: Assembly) -> str:
+    """One function as a module's text."""
+    head = f"define void @{name}({_SIGNATURES[name]}) {{"
+    return "\n".join([*sorted(asm.declarations), head, *asm.lines, "}"])
 
 
 def _init(traced: TracedLoop, target: Target) -> Assembly:

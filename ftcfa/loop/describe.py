@@ -1,6 +1,7 @@
 """A closed loop as plain data: what results remember, files hold and other machines receive."""
 
 import dataclasses
+import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import NoneType
@@ -15,36 +16,45 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.catalogue import catalogue
 from ftcfa.model.urdf import read_urdf
 
+LARGE = 10_000
+"""Entries above which results remember an array by its digest."""
 COMPARED = ("G", "g0", "effort_limit", "damping", "friction", "inertias")
 """What must be the same when an Arm is loaded again."""
 
 
-def describe(part: Any) -> Any:
+def describe(part: Any, largest: int | None = None) -> Any:
     """Any part of an experiment as numbers, strings, lists and dictionaries.
 
     An Arm becomes what loaded it; any other dataclass its type, where that is not obvious, and
     fields. What cannot be shown goes by its type.
+
+    Args:
+        part: The part.
+        largest: Arrays of more entries go by their shape and SHA-256; None tells them all.
     """
     if isinstance(part, Arm):
         return {"type": "Arm", **(part.source or {"robot": part.name})}
     if dataclasses.is_dataclass(part) and not isinstance(part, type):
-        return {"type": type(part).__name__, **_fields(part)}
+        return {"type": type(part).__name__, **_fields(part, largest)}
+    if largest is not None and isinstance(part, np.ndarray) and part.size > largest:
+        digest = hashlib.sha256(np.ascontiguousarray(part).tobytes()).hexdigest()
+        return {"type": "array", "shape": list(part.shape), "sha256": digest}
     if isinstance(part, np.ndarray | np.generic):
         return part.tolist()
     if isinstance(part, list | tuple):
-        return [describe(item) for item in part]
+        return [describe(item, largest) for item in part]
     if isinstance(part, Mapping):
-        return {str(key): describe(value) for key, value in part.items()}
+        return {str(key): describe(value, largest) for key, value in part.items()}
     if part is None or isinstance(part, bool | int | float | str):
         return part
     return {"type": type(part).__name__}
 
 
-def _fields(part: Any) -> dict[str, Any]:
+def _fields(part: Any, largest: int | None) -> dict[str, Any]:
     told = {}
     for field in dataclasses.fields(part):
         value = getattr(part, field.name)
-        told[field.name] = describe(value)
+        told[field.name] = describe(value, largest)
         allowed = [t for t in get_args(field.type) or (field.type,) if t is not NoneType]
         if dataclasses.is_dataclass(value) and allowed == [type(value)]:
             del told[field.name]["type"]  # it is obvious
