@@ -18,9 +18,10 @@ from ftcfa.errors import ParameterError
 
 STANDARD_GRAVITY = 9.80665
 """g0 of the unit g [m/s^2]."""
-PLAUSIBLE_G_RMS = 200.0
+PLAUSIBLE_G_RMS = 60.0
 """Overall level above which a table is taken to be in the wrong unit [g]. Qualification of
-launcher equipment stays below some 60 g rms."""
+launcher equipment stays below. What is mistaken by the factor of the unit and yet stays below it
+cannot be told: state ``nominal_g_rms`` in a table."""
 TINY = 1e-15
 """Below it log(1 + x) is x."""
 SAMPLES_PER_PERIOD = 8

@@ -7,7 +7,7 @@ source = "where the table stands"
 verified = "how sure that is"
 nominal_g_rms = 1.04                                  # checked to 5 % where given
 integral_g_rms = 1.043                                # checked to 1 % where given
-plausible_g_rms = 200                                 # above it the unit is doubted
+plausible_g_rms = 60                                  # above it the unit is doubted
 """
 
 import tomllib

@@ -154,7 +154,7 @@ def test_a_table_in_the_wrong_unit_is_questioned():
     with pytest.raises(ParameterError) as refused:
         Spectrum.from_g([20, 2000], [100.0, 100.0])
     assert str(refused.value) == (
-        "Spectrum densities: 445 g rms overall when read as g^2/Hz, expected at most 200 g rms; if "
+        "Spectrum densities: 445 g rms overall when read as g^2/Hz, expected at most 60 g rms; if "
         "they are in (m/s^2)^2/Hz, build Spectrum(frequencies, densities) or state unit = "
         '"(m/s^2)^2/Hz" in a table; if the level is meant, give plausible_g_rms = 1000'
     )
