@@ -1,19 +1,24 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple, cast, get_args
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Array, positive, solve_spd
-from ftcfa.control.filters import CommandFilter, FilterState, command_filter
+from ftcfa.control.compensation import (
+    Compensation,
+    check_compensation,
+    check_nominal,
+    compensation_force,
+)
+from ftcfa.control.filters import CommandFilter, command_filter
 from ftcfa.control.fractional import sig
+from ftcfa.control.leakage import leaky_step
 from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
-
-Compensation = Literal["none", "gravity", "bias"]
 
 
 @dataclass(frozen=True)
@@ -46,11 +51,31 @@ class Gains:
         if self.kappa > 1:
             raise ParameterError("gain kappa", repr(self.kappa), "0 < kappa <= 1")
 
+    @property
+    def position_rate(self) -> float:
+        """Rate at which the asymptotic law steers a position error down, c1 + 3/4 (1 + k1) [1/s].
+
+        By it, and by `velocity_rate`, the defaults of all laws are chosen: see
+        `ftcfa.control.rivals`.
+        """
+        return self.c1 + 0.75 * (1.0 + self.k1)
+
+    @property
+    def velocity_rate(self) -> float:
+        """Rate at which it steers a velocity error down, c2 + 3/4 k2 + 5/4 [1/s]."""
+        return self.c2 + 0.75 * self.k2 + 1.25
+
+
+def check_gains(law: str, gains: Any) -> None:
+    """Raise ParameterError unless a law was given `Gains`."""
+    if not isinstance(gains, Gains):
+        raise ParameterError(f"{law} gains", repr(gains), "Gains(...)")
+
 
 class FTCFState(NamedTuple):
     """State of the controller."""
 
-    filter: FilterState
+    filter: Any
     """Of the command filter, (6)."""
     s1: Array
     """Error compensation of the position, shape (n,) [rad], (10)."""
@@ -93,12 +118,14 @@ class FTCF:
     Attributes:
         nominal: The arm as the controller believes it to be.
         gains: Gains in the paper's symbols.
-        filter: Command filter, or its name: ``"implicit"`` or ``"explicit"``.
+        filter: Command filter, or its name in `ftcfa.control.filters.FILTERS`.
         compensation: What is added to u: ``"none"`` (the paper), the nominal ``"gravity"`` h(q),
-            or the nominal ``"bias"`` C v + h + f. Friction is taken at the velocity that the law
-            steers to, v - v2: fed back at the measured one, that of a light joint changes sign
-            or fades faster than the controller samples, and the loop creeps or diverges.
+            or the nominal ``"bias"`` C v + h + f, friction taken at the velocity that the law
+            steers to, v - v2.
         network: The basis functions.
+        error_compensation: Whether s1 and s2 move, (10); without, they stay zero.
+        anti_saturation: Whether rho moves, (11); without, it stays zero.
+        adaptation: Whether theta moves, (9); without, it stays zero and the network is silent.
     """
 
     nominal: Dynamics
@@ -106,16 +133,19 @@ class FTCF:
     filter: CommandFilter | str = "implicit"
     compensation: Compensation = "none"
     network: RBFNetwork = field(default_factory=RBFNetwork)
+    error_compensation: bool = True
+    anti_saturation: bool = True
+    adaptation: bool = True
 
     def __post_init__(self) -> None:
-        if not hasattr(self.nominal, "mass_matrix"):
-            got = f"a {type(self.nominal).__name__}"
-            raise ParameterError("FTCF nominal", got, "an Arm, such as load_arm gives")
-        if not isinstance(self.gains, Gains):
-            raise ParameterError("FTCF gains", repr(self.gains), "Gains(...)")
+        check_nominal("FTCF", self.nominal)
+        check_gains("FTCF", self.gains)
         object.__setattr__(self, "filter", command_filter(self.filter))
-        if self.compensation not in get_args(Compensation):
-            raise UnknownNameError("compensation", str(self.compensation), get_args(Compensation))
+        check_compensation(self.compensation)
+        for name in ("error_compensation", "anti_saturation", "adaptation"):
+            value = getattr(self, name)
+            if not isinstance(value, bool):
+                raise ParameterError(f"FTCF {name}", repr(value), "True or False")
 
     @property
     def _filter(self) -> CommandFilter:
@@ -135,7 +165,7 @@ class FTCF:
         z1 = q - desired.q
         v1 = z1 - state.s1
         alpha = virtual_control(g, v1, desired.v, rho)
-        abar, filter_state = self._filter.step(state.filter, alpha, period)
+        abar, _, filter_state = self._filter.step(state.filter, alpha, period)
         z2 = v - abar
         v2 = z2 - state.s2 - rho
         B = self.network.basis(q, v)
@@ -148,7 +178,7 @@ class FTCF:
             - theta * v2 * BB / (4.0 * g.tau)
             - rho
         )
-        u = M @ a + self._compensation(q, v, v - v2)
+        u = M @ a + compensation_force(self.nominal, self.compensation, q, v, v - v2)
 
         limit = self.nominal.effort_limit
         eta = limit * np.tanh(u / limit)
@@ -156,13 +186,14 @@ class FTCF:
         drive1 = -g.c1 * sig(state.s1, g.kappa) + (abar - alpha) + state.s2
         drive2 = -g.c2 * sig(state.s2, g.kappa)
         learning = g.lambda_ / (4.0 * g.tau) * (v2 @ v2) ** 2 * BB
-        new = FTCFState(
-            filter=filter_state,
-            s1=_leaky_step(state.s1, g.k1, drive1, period),
-            s2=_leaky_step(state.s2, g.k2, drive2, period),
-            rho=_leaky_step(rho, 1.0, gap, period),
-            theta=_leaky_step(theta, g.iota, learning, period),
-        )
+        new = state._replace(filter=filter_state)
+        if self.error_compensation:
+            s1 = leaky_step(state.s1, g.k1, drive1, period)
+            new = new._replace(s1=s1, s2=leaky_step(state.s2, g.k2, drive2, period))
+        if self.anti_saturation:
+            new = new._replace(rho=leaky_step(rho, 1.0, gap, period))
+        if self.adaptation:
+            new = new._replace(theta=leaky_step(theta, g.iota, learning, period))
         signals = {
             "u": u,
             "alpha": alpha,
@@ -177,20 +208,3 @@ class FTCF:
             "theta": theta[0],
         }
         return signals, new
-
-    def _compensation(self, q: Array, v: Array, wanted: Array) -> Array:
-        """What is added to u; ``wanted`` = v - v2 is the velocity that the law steers to."""
-        nominal = self.nominal
-        match self.compensation:
-            case "gravity":
-                return nominal.potential_force(q)
-            case "bias":
-                friction = nominal.damping_matrix(wanted) @ wanted - nominal.damping_matrix(v) @ v
-                return nominal.bias_force(q, v) + friction
-            case _:
-                return np.zeros_like(q)
-
-
-def _leaky_step(x: Array, rate: float, drive: Array, period: float) -> Array:
-    """One step of x' = -rate x + drive, the decay implicit: stable for any rate >= 0."""
-    return (x + period * drive) / (1.0 + period * rate)

@@ -23,6 +23,10 @@ class Desired(NamedTuple):
     """Its second derivative, shape (n,) [rad/s^2 or m/s^2]."""
 
 
+class Memoryless(NamedTuple):
+    """The state of a law without one."""
+
+
 class Controller(Protocol):
     """A sampled control law. It sees the nominal arm, the measurement and the desired motion."""
 

@@ -79,7 +79,9 @@ class ClosedLoop:
     """An arm, its controller, its reference and what shakes it, sampled.
 
     The controller reads q and v every ``period`` and its torque, clipped at the arm's effort
-    limit, is held; the plant takes ``substeps`` integration steps in between.
+    limit, is held; the plant takes ``substeps`` integration steps in between. A measurement that
+    is not finite or beyond DIVERGED gives no torque, and the controller sees the desired motion
+    in its place, so that it does not remember what was none.
 
     Attributes:
         arm: The true robot.
@@ -192,8 +194,9 @@ class ClosedLoop:
 
     def control(self, state: LoopState, desired: Desired) -> tuple[Signals, LoopState]:
         """The part of `step` at the sample: signals, and the state but for the motion."""
-        q, v = state.q, state.v
-        given = self.controller.step(state.controller, q, v, desired, self.period)
+        q, v, usable = state.q, state.v, alive(state) > 0.0
+        measured = np.where(usable, q, desired.q), np.where(usable, v, desired.v)
+        given = self.controller.step(state.controller, *measured, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
         if not (pair and isinstance(given[0], dict) and "u" in given[0]):
             raise ParameterError(
@@ -207,9 +210,9 @@ class ClosedLoop:
         if shape != q.shape:
             raise ShapeError("u of the controller", f"shape {shape}", f"{q.shape}")
         limit = self.arm.effort_limit
-        u = np.clip(command, -limit, limit)
-        measured = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
-        signals = {**signals, **measured}
+        u = np.where(usable, np.clip(command, -limit, limit), 0.0)
+        motion = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
+        signals = {**signals, **motion}
         observer = state.observer
         if self.observer is not None:
             observer = self.observer.step(observer, signals, self.period)

@@ -14,9 +14,22 @@ from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.control.filters import CommandFilter, ExplicitFilter, ImplicitFilter
+from ftcfa.control.command_filtered import CommandFilteredBackstepping
+from ftcfa.control.computed_torque import ComputedTorque
+from ftcfa.control.filters import (
+    CommandFilter,
+    ExplicitFilter,
+    ImplicitFilter,
+    ProperFilter,
+    SecondOrderFilter,
+)
+from ftcfa.control.finite_time_backstepping import FiniteTimeBackstepping
 from ftcfa.control.ftcf import FTCF
+from ftcfa.control.pd_gravity import PDGravity
 from ftcfa.control.protocol import Controller
+from ftcfa.control.slotine_li import SlotineLi
+from ftcfa.control.stochastic_backstepping import StochasticBackstepping
+from ftcfa.control.super_twisting import SuperTwisting
 from ftcfa.errors import UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Constant, MinimumJerk, Reference, Sinusoid, Table
@@ -58,8 +71,17 @@ def table_of_file(file: str | Path, name: str) -> Standard:
 
 PARTS: Mapping[Any, tuple[type, ...]] = {
     Dynamics: (Arm, PaperPendulum),
-    Controller: (FTCF,),
-    CommandFilter: (ImplicitFilter, ExplicitFilter),
+    Controller: (
+        FTCF,
+        CommandFilteredBackstepping,
+        StochasticBackstepping,
+        FiniteTimeBackstepping,
+        ComputedTorque,
+        PDGravity,
+        SlotineLi,
+        SuperTwisting,
+    ),
+    CommandFilter: (ImplicitFilter, ExplicitFilter, SecondOrderFilter, ProperFilter),
     Reference: (Constant, MinimumJerk, Sinusoid, Table),
     NoiseInput: (BaseAcceleration, BaseMotion, FrameWrench, JointTorque, PaperPendulumInput),
     Excitation: (

@@ -131,6 +131,22 @@ class Arm:
         """
         return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
 
+    @property
+    def inertial_weights(self) -> Array:
+        """Scale of the inertial parameters for an adaptive law, shape (10 N,).
+
+            W = m (1, r^2, r^2, r^2, r^4, ..., r^4) for every body,   r^2 = tr I/(2 m),
+
+        where I is its inertia about the joint's origin and so r its radius of gyration there:
+        parameters moved by W times a gradient move in proportion to the body's own.
+        """
+        rows = self.inertias
+        mass, square = rows[:, 0], rows[:, [4, 6, 9]].sum(axis=1) / 2.0  # m, m r^2
+        some = mass > 0
+        r2 = np.where(some, square, 0.0) / np.where(some, mass, 1.0)
+        weights = np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1)
+        return weights.ravel()
+
     def with_inertias(self, inertias: Array) -> "Arm":
         """The same arm with other inertial parameters, shape (N, 10) as in `inertias`.
 
@@ -277,6 +293,31 @@ class Arm:
         """C(q, v) v + h(q) + f(v), shape (n,) [N m or N]."""
         b = pin.nonLinearEffects(self.model, self._data, self._model_q(q), self._model_v(v))
         return self.G.T @ b + self.friction_force(v)
+
+    def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
+        """Y(q, v, v_r, a_r), shape (n, 10 N), linear in the inertial parameters p = `inertias`.
+
+            Y p = M a_r + C(q, v) v_r + h
+
+        C v_r is bilinear and symmetric in v and v_r (Christoffel's C), so that it is a quarter of
+        the difference of C v v at v + v_r and at v - v_r.
+
+        Args:
+            q: Position, shape (n,) [rad or m].
+            v: Velocity, shape (n,) [rad/s or m/s].
+            wanted: v_r, shape (n,) [rad/s or m/s].
+            acceleration: a_r, shape (n,) [rad/s^2 or m/s^2].
+        """
+        at, zero = self._model_q(q), np.zeros(len(self.g0))
+
+        def torque(v: Array, a: Array) -> Array:
+            Y = pin.computeJointTorqueRegressor(self.model, self._data, at, v, a)
+            return np.array(Y)
+
+        sum_, difference = self._model_v(v + wanted), self._model_v(v - wanted)
+        Y = torque(zero, self._model_v(acceleration))
+        Y += (torque(sum_, zero) - torque(difference, zero)) / 4.0
+        return self.G.T @ Y
 
     def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
         """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""

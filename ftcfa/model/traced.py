@@ -62,6 +62,7 @@ class TracedArm:
         bodies: Regrouped inertial parameters of the moving joints' bodies, one after the other,
             shape (moving ENTRIES,): numbers, or symbols where they are to be inputs.
         effort_limit: u*, shape (n,) [N m or N], likewise.
+        inertial_weights: Of the Arm; a constant here, whatever the bodies.
     """
 
     joint_names: tuple[str, ...]
@@ -77,6 +78,7 @@ class TracedArm:
     chain: Chain
     bodies: Array
     effort_limit: Array
+    inertial_weights: Array
 
     @classmethod
     def of(cls, arm: Arm) -> "TracedArm":
@@ -96,6 +98,7 @@ class TracedArm:
             chain=chain,
             bodies=chain.regrouping @ arm.inertias.ravel(),
             effort_limit=arm.effort_limit,
+            inertial_weights=arm.inertial_weights,
         )
 
     @property
@@ -196,6 +199,29 @@ class TracedArm:
         """C(q, v) v + h(q) + f(v), shape (n,)."""
         force = self._forces(column(q), column(v), self._parameters)
         return array(force, 1) + self.friction_force(v)
+
+    def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
+        """Y(q, v, v_r, a_r), shape (n, 10 N); see `Arm.regressor`."""
+        return array(self._regressor(*map(column, (q, v, wanted, acceleration))), 2)
+
+    @cached_property
+    def _regressor(self) -> ca.Function:
+        """The Jacobian of M a_r + C v_r + h in the inertial parameters."""
+        q, v, w, a = (ca.SX.sym(name, self.n) for name in ("q", "v", "w", "a"))
+        chain, G = self.chain, self.chain.G
+        regrouping = ca.sparsify(ca.DM(chain.regrouping))
+        p = ca.SX.sym("p", regrouping.shape[1])
+        rows = ca.reshape(regrouping @ p, ENTRIES, -1)
+        bodies = [Body.of(rows[:, i]) for i in range(rows.shape[1])]
+        at, still = G @ q + chain.g0, ca.SX(3, 1)
+
+        def force(rate: ca.SX, gravity: ca.SX) -> ca.SX:
+            return chain.inverse_dynamics(at, G @ rate, bodies, gravity, still)
+
+        M, _ = chain.composite_inertia(at, bodies)
+        rotation = (force(v + w, still) - force(v - w, still)) / 4
+        torque = M @ G @ a + rotation + force(ca.SX(self.n, 1), chain.gravity)
+        return ca.Function("regressor", [q, v, w, a], [ca.jacobian(G.T @ torque, p)], {"cse": True})
 
     def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
         """M^-1 (tau - C v - h - f), shape (n,)."""

@@ -323,7 +323,9 @@ def test_gains_may_be_any_kind_of_number():
 def test_unknown_choices_list_the_known_ones():
     with pytest.raises(UnknownNameError, match=r"compensation 'all'.*one of: none, gravity, bias"):
         FTCF(PaperPendulum(), compensation="all")
-    with pytest.raises(UnknownNameError, match=r"filter 'slow'.*one of: implicit, explicit"):
+    with pytest.raises(
+        UnknownNameError, match=r"filter 'slow'.*one of: implicit, explicit, linear, proper"
+    ):
         FTCF(PaperPendulum(), filter="slow")
 
 

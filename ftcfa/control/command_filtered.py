@@ -1,0 +1,116 @@
+"""Asymptotic adaptive command-filtered backstepping, as in [8] and [11] of the paper."""
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.control.compensation import (
+    Compensation,
+    check_compensation,
+    check_nominal,
+    compensation_force,
+)
+from ftcfa.control.filters import CommandFilter, command_filter
+from ftcfa.control.ftcf import Gains, check_gains
+from ftcfa.control.leakage import leaky_step
+from ftcfa.control.network import RBFNetwork
+from ftcfa.control.protocol import Desired, Signals
+from ftcfa.model.dynamics import Dynamics
+
+
+class CommandFilteredState(NamedTuple):
+    """State of the controller."""
+
+    filter: Any
+    """Of the command filter."""
+    s1: Array
+    """Error compensation of the position, shape (n,) [rad]."""
+    theta: Array
+    """Estimate of the squared norm of the network's weights, shape (1,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommandFilteredBackstepping:
+    """Adaptive command-filtered backstepping with a linear filter and a known inertia matrix.
+
+        z1 = q - q_d,  z2 = v - abar,  v1 = z1 - s1
+        alpha = -a1 z1 + q_d'
+        s1'   = -a1 s1 + (abar - alpha),  s1(0) = 0       (so v1' = -a1 v1 + z2)
+        a     = abar' - a2 z2 - theta z2 (B^T B)/(4 tau)
+        u     = M(q) a + compensation
+        theta' = -iota theta + lambda/(4 tau) (z2^T z2)^2 (B^T B),  theta(0) = 0
+
+    a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic FTCF, so
+    the quartic Lyapunov function of the paper, V = (v1^T v1)^2/4 + (z2^T z2)^2/4 + ..., applies
+    with kappa = 1. Against FTCF: the filter's derivative is fed forward, the filter is linear,
+    and there is no answer to saturation. The sources were not at hand: error compensation and
+    filter are those that the literature gives for [8], and the network is the paper's, with
+    which it describes [11] ("requires a completely known inertia matrix").
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        gains: The paper's; kappa and the split of the rates play no part.
+        filter: Command filter, or its name.
+        compensation: What is added to u, as in `FTCF`.
+        network: The basis functions.
+    """
+
+    nominal: Dynamics
+    gains: Gains = field(default_factory=Gains)
+    filter: CommandFilter | str = "linear"
+    compensation: Compensation = "bias"
+    network: RBFNetwork = field(default_factory=RBFNetwork)
+
+    def __post_init__(self) -> None:
+        check_nominal("CommandFilteredBackstepping", self.nominal)
+        check_gains("CommandFilteredBackstepping", self.gains)
+        object.__setattr__(self, "filter", command_filter(self.filter))
+        check_compensation(self.compensation)
+
+    @property
+    def _filter(self) -> CommandFilter:
+        return cast(CommandFilter, self.filter)
+
+    def _virtual_control(self, z1: Array, dq_d: Array) -> Array:
+        return -self.gains.position_rate * z1 + dq_d
+
+    def init(self, q: Array, v: Array, desired: Desired) -> CommandFilteredState:  # noqa: ARG002
+        """psi1(0) = alpha(0); all else zero."""
+        alpha = self._virtual_control(q - desired.q, desired.v)
+        return CommandFilteredState(self._filter.init(alpha), np.zeros_like(q), np.zeros(1))
+
+    def step(
+        self, state: CommandFilteredState, q: Array, v: Array, desired: Desired, period: float
+    ) -> tuple[Signals, CommandFilteredState]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        g, theta = self.gains, state.theta
+        z1 = q - desired.q
+        alpha = self._virtual_control(z1, desired.v)
+        abar, dabar, filter_state = self._filter.step(state.filter, alpha, period)
+        z2 = v - abar
+        B = self.network.basis(q, v)
+        BB = B @ B
+
+        a = dabar - g.velocity_rate * z2 - theta * z2 * BB / (4.0 * g.tau)
+        force = compensation_force(self.nominal, self.compensation, q, v, abar)
+        u = self.nominal.mass_matrix(q) @ a + force
+
+        learning = g.lambda_ / (4.0 * g.tau) * (z2 @ z2) ** 2 * BB
+        new = CommandFilteredState(
+            filter=filter_state,
+            s1=leaky_step(state.s1, g.position_rate, abar - alpha, period),
+            theta=leaky_step(theta, g.iota, learning, period),
+        )
+        signals = {
+            "u": u,
+            "alpha": alpha,
+            "abar": abar,
+            "z1": z1,
+            "z2": z2,
+            "v1": z1 - state.s1,
+            "s1": state.s1,
+            "theta": theta[0],
+        }
+        return signals, new

@@ -1,0 +1,53 @@
+"""Computed torque: the nominal dynamics inverted, PD on what is left."""
+
+from dataclasses import dataclass
+
+from ftcfa.arrays import Array, positive
+from ftcfa.control.compensation import check_nominal, compensation_force
+from ftcfa.control.ftcf import Gains
+from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.model.dynamics import Dynamics
+
+
+@dataclass(frozen=True, eq=False)
+class ComputedTorque:
+    """PD control through the nominal dynamics (Luh, Walker and Paul 1980, IEEE TAC 25).
+
+        u = M(q) (q_d'' - (a1 + a2) (v - q_d') - a1 a2 (q - q_d)) + C v + h + f
+
+    so that the nominal error obeys e'' + (a1 + a2) e' + a1 a2 e = 0, with the poles -a1 and -a2.
+    Friction is taken at the desired velocity.
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        position_rate: a1 [1/s].
+        velocity_rate: a2 [1/s].
+    """
+
+    nominal: Dynamics
+    position_rate: float = Gains().position_rate
+    velocity_rate: float = Gains().velocity_rate
+
+    def __post_init__(self) -> None:
+        check_nominal("ComputedTorque", self.nominal)
+        for name in ("position_rate", "velocity_rate"):
+            positive(f"ComputedTorque {name}", getattr(self, name), "[1/s]")
+
+    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """Nothing to remember."""
+        return Memoryless()
+
+    def step(
+        self,
+        state: Memoryless,
+        q: Array,
+        v: Array,
+        desired: Desired,
+        period: float,  # noqa: ARG002
+    ) -> tuple[Signals, Memoryless]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        a1, a2 = self.position_rate, self.velocity_rate
+        z1, dz1 = q - desired.q, v - desired.v
+        a = desired.a - (a1 + a2) * dz1 - a1 * a2 * z1
+        force = compensation_force(self.nominal, "bias", q, v, desired.v)
+        return {"u": self.nominal.mass_matrix(q) @ a + force, "z1": z1}, state

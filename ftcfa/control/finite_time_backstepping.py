@@ -1,0 +1,110 @@
+"""Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
+
+from dataclasses import dataclass, field
+from numbers import Real
+
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.control.compensation import (
+    Compensation,
+    check_compensation,
+    check_nominal,
+    compensation_force,
+)
+from ftcfa.control.fractional import SMALLEST, sig
+from ftcfa.control.ftcf import Gains, check_gains
+from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.errors import ParameterError
+from ftcfa.model.dynamics import Dynamics
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteTimeBackstepping:
+    """Finite-time backstepping with the analytic derivative of the virtual control.
+
+        z1 = q - q_d,   alpha = -c1 beta(z1) - 3/4 (1 + k1) z1 + q_d',   z2 = v - alpha
+        alpha' = -(c1 beta'(z1) + 3/4 (1 + k1)) (v - q_d') + q_d''
+        u = M(q) (alpha' - c2 sig(z2, kappa) - (3/4 k2 + 5/4) z2) + compensation
+
+    The exact law has beta(z) = sig(z, kappa), whose derivative kappa |z|^(kappa - 1) is infinite
+    at zero: each time that a component of z1 crosses zero with v /= q_d', u is unbounded. Sampled,
+    z1 is never quite zero, and the smaller the period, the nearer it comes.
+
+    A ``width`` mu > 0 gives the usual regularised variant: within |z| < mu the power is replaced by
+    the parabola that joins it with a continuous derivative (Wang, Chai and Zhai 2009, IEEE Trans.
+    Ind. Electron. 56),
+
+        beta(z) = (2 - kappa) mu^(kappa - 1) z + (kappa - 1) mu^(kappa - 2) z^2 sign(z),
+
+    so that beta' <= (2 - kappa) mu^(kappa - 1); finite-time convergence holds down to mu only.
+    [15] and [16] were not at hand: this is FTCF of the paper with the filter left out.
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        gains: The paper's; iota, lambda and tau play no part.
+        width: mu [rad or m]; 0 for the exact, singular law.
+        compensation: What is added to u, as in `FTCF`.
+    """
+
+    nominal: Dynamics
+    gains: Gains = field(default_factory=Gains)
+    width: float = 0.0
+    compensation: Compensation = "bias"
+
+    def __post_init__(self) -> None:
+        check_nominal("FiniteTimeBackstepping", self.nominal)
+        check_gains("FiniteTimeBackstepping", self.gains)
+        check_compensation(self.compensation)
+        number = isinstance(self.width, Real) and not isinstance(self.width, bool)
+        if not (number and np.isfinite(self.width) and self.width >= 0):
+            subject = "FiniteTimeBackstepping width"
+            raise ParameterError(subject, repr(self.width), "a number >= 0 [rad]")
+
+    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """Nothing to remember."""
+        return Memoryless()
+
+    def step(
+        self,
+        state: Memoryless,
+        q: Array,
+        v: Array,
+        desired: Desired,
+        period: float,  # noqa: ARG002
+    ) -> tuple[Signals, Memoryless]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        g, linear = self.gains, 0.75 * (1.0 + self.gains.k1)
+        z1 = q - desired.q
+        beta, slope = joined_power(z1, g.kappa, self.width)
+        alpha = -g.c1 * beta - linear * z1 + desired.v
+        dalpha = -(g.c1 * slope + linear) * (v - desired.v) + desired.a
+        z2 = v - alpha
+        a = dalpha - g.c2 * sig(z2, g.kappa) - (0.75 * g.k2 + 1.25) * z2
+        force = compensation_force(self.nominal, self.compensation, q, v, alpha)
+        u = self.nominal.mass_matrix(q) @ a + force
+        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state
+
+
+def joined_power(z: Array, kappa: float, width: float) -> tuple[Array, Array]:
+    """sig(z, kappa) joined within |z| < width by a parabola, and its derivative.
+
+    With m = max(|z|, mu) and x = min(|z|/mu, 1), for all z at once:
+
+        beta = sign(z) m^kappa x (2 - kappa + (kappa - 1) x)
+        beta' = m^(kappa - 1) (2 - kappa + 2 (kappa - 1) x)
+
+    Args:
+        z: Shape (n,).
+        kappa: Power, 0 < kappa <= 1.
+        width: mu >= 0; at 0 the derivative at zero is finite only for being a number.
+
+    Returns:
+        beta and beta', shape (n,).
+    """
+    mu = np.maximum(width, SMALLEST)
+    m = np.maximum(np.abs(z), mu)
+    x = np.abs(z) / m  # = |z|/mu inside, 1 outside
+    power = np.exp((kappa - 1.0) * np.log(m))
+    beta = np.sign(z) * power * m * x * (2.0 - kappa + (kappa - 1.0) * x)
+    return beta, power * (2.0 - kappa + 2.0 * (kappa - 1.0) * x)

@@ -1,0 +1,54 @@
+"""PD control with gravity compensation: what a robot runs when nobody models it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftcfa.arrays import Array, positive
+from ftcfa.control.compensation import check_nominal
+from ftcfa.control.ftcf import Gains
+from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.model.dynamics import Dynamics
+
+
+@dataclass(frozen=True, eq=False)
+class PDGravity:
+    """A PD servo at every joint, gravity fed forward (Takegaki and Arimoto 1981, ASME JDSMC 103).
+
+        u = h(q) - D (a1 a2 (q - q_d) + (a1 + a2) (v - q_d')),   D = diag M(home)
+
+    Joint by joint, with all others held at home, the poles are -a1 and -a2.
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        position_rate: a1 [1/s].
+        velocity_rate: a2 [1/s].
+    """
+
+    nominal: Dynamics
+    position_rate: float = Gains().position_rate
+    velocity_rate: float = Gains().velocity_rate
+
+    def __post_init__(self) -> None:
+        check_nominal("PDGravity", self.nominal)
+        for name in ("position_rate", "velocity_rate"):
+            positive(f"PDGravity {name}", getattr(self, name), "[1/s]")
+
+    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """Nothing to remember."""
+        return Memoryless()
+
+    def step(
+        self,
+        state: Memoryless,
+        q: Array,
+        v: Array,
+        desired: Desired,
+        period: float,  # noqa: ARG002
+    ) -> tuple[Signals, Memoryless]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        a1, a2 = self.position_rate, self.velocity_rate
+        z1, dz1 = q - desired.q, v - desired.v
+        D = self.nominal.mass_matrix(self.nominal.home) * np.eye(self.nominal.n)
+        u = self.nominal.potential_force(q) - D @ (a1 * a2 * z1 + (a1 + a2) * dz1)
+        return {"u": u, "z1": z1}, state

@@ -1,0 +1,69 @@
+"""Backstepping for manipulators under random vibration, as in [9] and [10] of the paper."""
+
+from dataclasses import dataclass, field
+
+from ftcfa.arrays import Array
+from ftcfa.control.compensation import (
+    Compensation,
+    check_compensation,
+    check_nominal,
+    compensation_force,
+)
+from ftcfa.control.ftcf import Gains, check_gains
+from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.model.dynamics import Dynamics
+
+
+@dataclass(frozen=True, eq=False)
+class StochasticBackstepping:
+    """Asymptotic backstepping with the analytic derivative of the virtual control.
+
+        z1 = q - q_d,   alpha = -a1 z1 + q_d',   z2 = v - alpha
+        alpha' = -a1 (v - q_d') + q_d''
+        u = M(q) (alpha' - a2 z2) + compensation
+
+    With V = (z1^T z1)^2/4 + (z2^T z2)^2/4, Young's inequality gives
+
+        L V <= -(a1 - 3/4) |z1|^4 - (a2 - 1/4 - 3/4) |z2|^4 + 3/4 |M^-1 Lambda Sigma|_F^4
+
+    since alpha depends on q alone, which carries no noise of its own: Ito's formula adds nothing
+    to alpha'. a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic
+    FTCF. In (z1, z1') the law is computed torque with the poles -a1 and -a2. [9] and [10] were
+    not at hand: this is what the paper's description of them gives.
+
+    Attributes:
+        nominal: The arm as the controller believes it to be.
+        gains: The paper's; only c1, c2, k1 and k2 play a part.
+        compensation: What is added to u, as in `FTCF`.
+    """
+
+    nominal: Dynamics
+    gains: Gains = field(default_factory=Gains)
+    compensation: Compensation = "bias"
+
+    def __post_init__(self) -> None:
+        check_nominal("StochasticBackstepping", self.nominal)
+        check_gains("StochasticBackstepping", self.gains)
+        check_compensation(self.compensation)
+
+    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """Nothing to remember."""
+        return Memoryless()
+
+    def step(
+        self,
+        state: Memoryless,
+        q: Array,
+        v: Array,
+        desired: Desired,
+        period: float,  # noqa: ARG002
+    ) -> tuple[Signals, Memoryless]:
+        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        a1, a2 = self.gains.position_rate, self.gains.velocity_rate
+        z1 = q - desired.q
+        alpha = -a1 * z1 + desired.v
+        dalpha = -a1 * (v - desired.v) + desired.a
+        z2 = v - alpha
+        force = compensation_force(self.nominal, self.compensation, q, v, alpha)
+        u = self.nominal.mass_matrix(q) @ (dalpha - a2 * z2) + force
+        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state

@@ -1,0 +1,147 @@
+"""How large does finite-time backstepping without a filter let the torque become?
+
+    python scripts/rival_singularity.py [--out FOLDER] [--quick]
+
+The derivative of its virtual control is infinite where a tracking error crosses zero. Sampled more
+often, the law meets the crossings more nearly and asks for more. The plant takes the same steps and
+feels the same noise whatever the controller's period. A table and the figure rival-singularity.png
+tell the largest torque that each path asks for, in a minute.
+"""
+
+import argparse
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from rich.console import Console
+
+from ftcfa import (
+    CONTROLLERS,
+    BaseAcceleration,
+    ClosedLoop,
+    Sinusoid,
+    Vibration,
+    WhiteNoise,
+    load_arm,
+    simulate_paths,
+)
+from ftcfa.arrays import Array
+from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, WIDTH
+from ftcfa.report.files import make_folder, write_whole
+from ftcfa.report.terminal import plain_table
+from ftcfa.study.reproduction import GRAVITY, Q0, REFERENCE, V0
+
+STEP = 0.125e-3
+"""Integration step of the plant [s]."""
+TICKS = (32, 16, 8, 4, 2, 1)
+"""Steps a period: 4 to 0.125 ms."""
+LAWS = {
+    "finite-time-backstepping": ("exact, no filter", ORANGE),
+    "finite-time-backstepping-regularised": ("regularised within 0.01 rad", GREEN),
+    "ftcf": ("command-filtered (the paper)", BLUE),
+}
+DURATION, CHUNK, DPI = 5.0, 8, 150
+
+
+def pendulum(law: str, ticks: int) -> ClosedLoop:
+    """The paper's study."""
+    arm = load_arm("double_pendulum", gravity=GRAVITY)
+    shaken = Vibration(BaseAcceleration("xz"), WhiteNoise(0.1))
+    return ClosedLoop(
+        arm, CONTROLLERS[law](arm), REFERENCE, shaken, ticks * STEP, ticks, q0=Q0, v0=V0
+    )
+
+
+def panda(law: str, ticks: int) -> ClosedLoop:
+    """Panda about its home posture, started beside it."""
+    arm = load_arm("panda")
+    shaken = Vibration(BaseAcceleration(), WhiteNoise(0.1))
+    reference = Sinusoid(0.3, offset=arm.home)
+    return ClosedLoop(
+        arm, CONTROLLERS[law](arm), reference, shaken, ticks * STEP, ticks, q0=arm.home + 0.05
+    )
+
+
+ARMS: Mapping[str, Callable[[str, int], ClosedLoop]] = {"pendulum": pendulum, "Panda": panda}
+Demands = dict[tuple[str, str, int], Array]
+
+
+def demands(loop: ClosedLoop, paths: int, duration: float) -> Array:
+    """Largest torque that any joint is asked for on each path, shape (paths,) [N m]."""
+    largest = []
+    for start in range(0, paths, CHUNK):
+        numbers = range(start, min(start + CHUNK, paths))
+        ran = simulate_paths(loop, numbers, duration, signals=["u_command"])
+        largest.append(np.abs(ran.u_command).max(("time", "joint")).values)
+    return np.concatenate(largest)
+
+
+def print_table(found: Demands) -> None:
+    """Median and largest of all paths, by period and law."""
+    console = Console(highlight=False)
+    for arm in ARMS:
+        table = plain_table()
+        table.add_column("period [ms]", justify="right")
+        for label, _ in LAWS.values():
+            table.add_column(f"{label}\nmedian, largest", justify="right")
+        for ticks in TICKS:
+            values = (found[arm, law, ticks] for law in LAWS)
+            cells = (f"{np.median(one):.4g}, {one.max():.4g}" for one in values)
+            table.add_row(f"{1e3 * ticks * STEP:g}", *cells)
+        console.print(f"{arm}: largest demanded torque of a path [N m]", style="bold")
+        console.print(table)
+        console.print()
+
+
+@mpl.rc_context(STYLE)
+def figure(found: Demands) -> Figure:
+    """Demanded torque against the period, an arm a panel."""
+    drawn = Figure(figsize=(WIDTH, 3.6), layout=ConstrainedLayoutEngine())
+    drawn.suptitle("Largest torque that a path asks for", x=0.01, ha="left", fontweight="bold")
+    periods = 1e3 * STEP * np.array(TICKS)
+    for ax, arm in zip(drawn.subplots(1, len(ARMS)), ARMS, strict=True):
+        for law, (label, colour) in LAWS.items():
+            rows = [found[arm, law, ticks] for ticks in TICKS]
+            ax.loglog(periods, np.median(rows, axis=1), color=colour, marker="o", ms=3, label=label)
+            ax.loglog(periods, np.max(rows, axis=1), color=colour, marker="^", ms=3, lw=0)
+        first = np.median(found[arm, next(iter(LAWS)), TICKS[0]])
+        slope = first * (periods / periods[0]) ** -0.4
+        ax.loglog(periods, slope, color=GREY, linestyle=DASHED, label=r"slope $\kappa - 1$")
+        ax.set_title(arm)
+        ax.set_xlabel("period [ms]")
+        ax.set_xticks(periods, [f"{period:g}" for period in periods])
+        ax.minorticks_off()
+        ax.invert_xaxis()
+    drawn.axes[0].set_ylabel("torque [N m]")
+    handles = drawn.axes[0].get_legend_handles_labels()
+    title = "lines: median of the paths, triangles: largest"
+    drawn.legend(*handles, loc="outside lower center", ncols=2, frameon=False, title=title)
+    return drawn
+
+
+def main() -> None:
+    """Run all laws at all periods, print the tables, draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("out"), help="folder for the figure")
+    parser.add_argument("--quick", action="store_true", help="few short paths: seconds")
+    options = parser.parse_args()
+    make_folder(options.out)
+    paths, duration = (4, 0.5) if options.quick else (64, DURATION)
+    found = {
+        (arm, law, ticks): demands(make(law, ticks), paths, duration)
+        for arm, make in ARMS.items()
+        for law in LAWS
+        for ticks in TICKS
+    }
+    print_table(found)
+    buffer = io.BytesIO()
+    figure(found).savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    write_whole(options.out / "rival-singularity.png", buffer.getvalue())
+
+
+if __name__ == "__main__":
+    main()

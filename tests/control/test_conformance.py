@@ -1,0 +1,134 @@
+"""What every law promises in a loop, on six arms and both engines."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from ftcfa import (
+    CONTROLLERS,
+    FTCF,
+    BaseAcceleration,
+    ClosedLoop,
+    Sinusoid,
+    Vibration,
+    WhiteNoise,
+    load_arm,
+    simulate,
+)
+from ftcfa.control.filters import FILTERS
+from ftcfa.control.protocol import Desired
+from ftcfa.engine.agreement import check_pure
+from ftcfa.engine.flatten import leaves
+from ftcfa.loop.closed_loop import LoopState, Motion
+
+pytestmark = pytest.mark.filterwarnings("error")  # no silent fall back to interpreting
+
+DURATION = 0.02
+AGREEMENT = 1e-8
+"""Between the engines, relative to the largest value of a signal and at least to 1: rounding,
+magnified by the slope of the laws' roots and by light links."""
+OFFSET = 0.05
+"""Where the arms start beside their reference [rad or m]."""
+NUMBERS = (0.0, -0.0, 1e-300, 1.0, -1e3, 1e300, np.inf, -np.inf, np.nan)
+"""What sensors may give."""
+
+GANTRY = """<robot name="gantry"><link name="rail"/>
+<link name="trolley"><inertial><origin xyz="0 0.1 0"/><mass value="5"/>
+  <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<link name="rod"><inertial><origin xyz="0.02 0 -0.4"/><mass value="1.5"/>
+  <inertia ixx="0.08" ixy="0.001" ixz="0" iyy="0.09" iyz="0" izz="0.03"/></inertial></link>
+<link name="hook"><inertial><origin xyz="0 0 -0.1"/><mass value="0.7"/>
+  <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="rail"/><child link="trolley"/>
+  <axis xyz="1 0.2 0"/><limit lower="-3" upper="3" effort="80" velocity="2"/>
+  <dynamics damping="1.5" friction="0.5"/></joint>
+<joint name="swing" type="revolute"><parent link="trolley"/><child link="rod"/>
+  <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="40" velocity="4"/></joint>
+<joint name="hoist" type="prismatic"><parent link="rod"/><child link="hook"/>
+  <origin xyz="0 0 -0.8" rpy="0.1 0 0.3"/><axis xyz="0 0 -1"/>
+  <limit lower="-1" upper="1" effort="60" velocity="2"/></joint>
+</robot>"""
+"""A trolley on a rail, a rod that swings below it and a hook that slides along the rod."""
+
+ARMS = ("double_pendulum", "panda", "ur5", "xarm7", "so101", "gantry")
+LAWS = {
+    **CONTROLLERS,
+    **{f"ftcf, {name} filter": lambda arm, name=name: FTCF(arm, filter=name) for name in FILTERS},
+}
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def arm(request, tmp_path_factory):
+    if request.param != "gantry":
+        return load_arm(request.param)
+    file = tmp_path_factory.mktemp("arm") / "gantry.urdf"
+    file.write_text(GANTRY)
+    return load_arm(str(file))
+
+
+@pytest.fixture(params=LAWS)
+def loop(arm, request):
+    return ClosedLoop(
+        arm,
+        LAWS[request.param](arm),
+        Sinusoid(0.3, 1.0, 0.0, arm.home),
+        Vibration(BaseAcceleration(), WhiteNoise(0.1)),
+        q0=arm.home + OFFSET,
+    )
+
+
+def first(loop):
+    return Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+
+
+def test_both_engines_run_it_alike_within_the_limits(loop):
+    """Compiled without a warning: pure, traceable, and the same numbers again."""
+    paths = [
+        simulate(loop, DURATION, seed=1, path=2, signals="all", engine=engine)
+        for engine in ("compiled", "compiled", "interpreted")
+    ]
+    ours, again, theirs = paths
+    assert np.isnan(ours.diverged_at)
+    for name in theirs.data_vars:
+        a, b = np.asarray(ours[name], dtype=float), np.asarray(theirs[name], dtype=float)
+        np.testing.assert_array_equal(a, again[name], err_msg=name)
+        if name != "diverged_at":
+            assert np.all(np.isfinite(a)), name
+            scale = max(1.0, np.max(np.abs(b)))
+            np.testing.assert_allclose(a, b, rtol=0, atol=AGREEMENT * scale, err_msg=name)
+    assert np.all(np.abs(ours.u) <= loop.arm.effort_limit)
+    assert np.any(ours.u != 0)
+
+
+def test_its_state_keeps_its_shape_and_hides_nothing(loop):
+    check_pure(loop)
+    state = loop.init(first(loop))
+    _, after = loop.control(state, first(loop))
+    assert [np.shape(x) for x in leaves(after)] == [np.shape(x) for x in leaves(state)]
+    assert type(after.controller) is type(state.controller)
+
+
+def test_no_measurement_gets_a_torque_beyond_the_limits_or_none_at_all(loop):
+    """Numbers, infinities and NaN in q and v, sample after sample."""
+    rng, n = np.random.default_rng(0), loop.arm.n
+    desired, limit = first(loop), loop.arm.effort_limit
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        state = loop.init(desired)
+        for _ in range(8):
+            q, v = rng.choice(NUMBERS, size=(2, n))
+            state = LoopState(Motion(q, v, state.motion.vibration), state.controller)
+            signals, state = loop.control(state, desired)
+            assert np.all(np.abs(signals["u"]) <= limit)  # false for NaN
+            assert all(np.all(np.isfinite(leaf)) for leaf in leaves(state.controller))
+
+
+def test_after_a_measurement_that_is_none_the_law_works_on(loop):
+    """It remembers nothing of it: NaN, then a sample that asks for a finite torque."""
+    desired, state = first(loop), loop.init(first(loop))
+    none = LoopState(state.motion._replace(q=np.full(loop.arm.n, np.nan)), state.controller)
+    signals, after = loop.control(none, desired)
+    np.testing.assert_array_equal(signals["u"], 0.0)
+    signals, _ = loop.control(LoopState(state.motion, after.controller), desired)
+    assert np.all(np.isfinite(signals["u_command"]))
