@@ -2,6 +2,8 @@
 
     duration = 10.0
     seed = 0
+    paths = 10000
+    tolerance = 0.05                # of the settling time [rad or m]
     period = 1e-3
 
     [arm]                           # the keywords of load_arm
@@ -20,6 +22,10 @@
     input = { type = "BaseAcceleration", axes = "xyz" }
     excitation = { type = "WhiteNoise", intensity = 0.1 }
 
+    [specification]                 # what `ftcfa verify` asks of the runs
+    error = 0.02
+    within = 2.0
+
 At the top stand the numbers of the run and of the `ClosedLoop`, then a table for each of its
 parts. What is left out has the default of the Python API; a controller's nominal arm is the true
 one unless ``[controller.nominal]`` says otherwise.
@@ -37,8 +43,9 @@ from typing import Any, Self
 
 import numpy as np
 import tomli_w
+import xarray as xr
 
-from ftcfa.arrays import counting
+from ftcfa.arrays import counting, positive
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.describe import arms, describe, document, has_path, self_contained
@@ -46,6 +53,10 @@ from ftcfa.loop.faults import ExperimentError
 from ftcfa.loop.rebuild import rebuild
 from ftcfa.report.files import write_whole
 from ftcfa.streams import natural
+from ftcfa.study.ensemble import ensemble
+from ftcfa.study.estimate import probability
+from ftcfa.study.summary import QUANTILES
+from ftcfa.study.verification import Specification, Verification, verify
 
 _NUMBERS = re.compile(r"\[\n([^\[\]\"{}]*)\]")
 """An array of plain numbers as tomli-w writes it, one a line; texts hold no bare line break."""
@@ -60,24 +71,84 @@ class Experiment:
         duration: Simulated time [s].
         seed: Of the random streams, 0 <= seed < 2^64.
         paths: How many.
-        record_every: Keep every so many samples.
+        record_every: Statistics over time are kept at every so many samples; 0 takes about 200
+            times.
+        tolerance: Overall tracking error within which a path counts as settled [rad or m].
+        after: Time from which errors count as late [s]; half of the duration by default.
+        quantiles: Probabilities of the quantiles over time.
+        chunk: Paths that are computed and stored at once.
+        specification: What `verify` asks of the runs, or None.
     """
 
     loop: ClosedLoop
     duration: float
     seed: int = 0
     paths: int = 1
-    record_every: int = 1
+    record_every: int = 0
+    tolerance: float = 0.05
+    after: float | None = None
+    quantiles: tuple[float, ...] = QUANTILES
+    chunk: int = 4096
+    specification: Specification | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.loop, ClosedLoop):
             raise ParameterError("Experiment loop", f"a {type(self.loop).__name__}", "a ClosedLoop")
-        number = isinstance(self.duration, Real) and not isinstance(self.duration, bool)
-        if not (number and 0 <= self.duration < np.inf):
-            raise ParameterError("Experiment duration", repr(self.duration), "a number >= 0 [s]")
+        _time("Experiment duration", self.duration)
         natural("Experiment seed", self.seed)
         counting("Experiment paths", self.paths)
-        counting("Experiment record_every", self.record_every)
+        natural("Experiment record_every", self.record_every)
+        positive("Experiment tolerance", self.tolerance, "[rad or m]")
+        if self.after is not None:
+            _time("Experiment after", self.after)
+        for p in self.quantiles:
+            probability("Experiment quantiles", p)
+        if not self.quantiles:
+            raise ParameterError("Experiment quantiles", "none", "one or more numbers")
+        counting("Experiment chunk", self.chunk)
+        if not isinstance(self.specification, Specification | None):
+            got = f"a {type(self.specification).__name__}"
+            raise ParameterError("Experiment specification", got, "a Specification, or None")
+        if self.specification is not None:
+            self.specification.check(self.loop, self.duration)
+
+    def run(self, **options: Any) -> xr.Dataset:
+        """Run the ensemble: `ftcfa.ensemble` with what this experiment says.
+
+        Args:
+            options: What it does not say: ``threads``, ``store``, ``client``, ``progress``,
+                ``trajectories`` and ``confidence``, as of `ftcfa.ensemble`.
+        """
+        return ensemble(
+            self.loop,
+            self.paths,
+            self.duration,
+            seed=self.seed,
+            record_every=self.record_every,
+            tolerance=self.tolerance,
+            after=self.after,
+            quantiles=self.quantiles,
+            chunk=self.chunk,
+            **options,
+        )
+
+    def verify(self, **options: Any) -> Verification:
+        """Ask whether the specification is kept: `ftcfa.verify` with what this experiment says.
+
+        Args:
+            options: ``threads`` and ``progress``, as of `ftcfa.verify`.
+
+        Raises:
+            ParameterError: If there is no specification.
+        """
+        if self.specification is None:
+            raise ParameterError(
+                "Experiment specification",
+                "missing",
+                "a Specification",
+                "in a file: a table [specification] with error and within",
+            )
+        return verify(self.loop, self.specification, self.duration, seed=self.seed, **options)
 
     @classmethod
     def from_text(
@@ -155,7 +226,7 @@ class Experiment:
 
     def _document(self) -> dict[str, Any]:
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "loop"}
-        told = {name: describe(value) for name, value in own.items() if value is not None}
+        told = {name: _stated(describe(value)) for name, value in own.items() if value is not None}
         return {**told, **document(self.loop)}
 
 
@@ -175,6 +246,20 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
     return Experiment.from_text(text, file.parent, file=str(file))
+
+
+def _time(subject: str, value: float) -> None:
+    """Raise ParameterError unless a value is a time."""
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (number and 0 <= value < np.inf):
+        raise ParameterError(subject, repr(value), "a number >= 0 [s]")
+
+
+def _stated(told: Any) -> Any:
+    """A description without its type, which is obvious, and without what is None."""
+    if not isinstance(told, dict):
+        return told
+    return {key: it for key, it in told.items() if key != "type" and it is not None}
 
 
 def _on_one_line(array: re.Match[str]) -> str:

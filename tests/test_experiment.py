@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import ftcfa
 from ftcfa import (
@@ -17,10 +18,13 @@ from ftcfa import (
     BaseAcceleration,
     BaseMotion,
     ClosedLoop,
+    CommandFilteredBackstepping,
+    ComputedTorque,
     Constant,
     Experiment,
     ExperimentError,
     ExplicitFilter,
+    FiniteTimeBackstepping,
     FrameWrench,
     Gains,
     Harmonic,
@@ -31,25 +35,34 @@ from ftcfa import (
     PaperPendulum,
     PaperPendulumInput,
     ParameterError,
+    PDGravity,
+    ProperFilter,
     RandomPhase,
     RBFNetwork,
     Record,
     RecordedAcceleration,
     Road,
+    SecondOrderFilter,
     ShapedNoise,
     SineSweep,
     Sinusoid,
+    SlotineLi,
+    Specification,
     Spectrum,
     Stacked,
     Standard,
+    StochasticBackstepping,
     Superposition,
+    SuperTwisting,
     Table,
     Uncertainty,
     Vibration,
     WhiteNoise,
+    ensemble,
     load_arm,
     load_experiment,
     simulate,
+    verify,
 )
 from ftcfa.loop.describe import describe, document, self_contained
 from ftcfa.loop.parts import PARTS, choices, element, parameters
@@ -99,6 +112,24 @@ LOOPS = {
         )
     ),
     "other filter": lambda: loop(controller=FTCF(ARM, filter=ImplicitFilter(700.0))),
+    "linear filter": lambda: loop(controller=FTCF(ARM, filter=SecondOrderFilter(100.0, THIRD))),
+    "proper filter": lambda: loop(controller=FTCF(ARM, filter=ProperFilter(1e5 * THIRD))),
+    "ablation": lambda: loop(
+        controller=FTCF(ARM, error_compensation=False, anti_saturation=False, adaptation=False)
+    ),
+    "command-filtered": lambda: loop(
+        controller=CommandFilteredBackstepping(ARM, Gains(c2=THIRD), "proper", "none")
+    ),
+    "stochastic backstepping": lambda: loop(
+        controller=StochasticBackstepping(ARM, Gains(k1=THIRD), "gravity")
+    ),
+    "finite-time backstepping": lambda: loop(
+        controller=FiniteTimeBackstepping(ARM, width=THIRD, compensation="none")
+    ),
+    "computed torque": lambda: loop(controller=ComputedTorque(ARM, 10.0 * THIRD)),
+    "PD with gravity": lambda: loop(controller=PDGravity(ARM, 10.0 * THIRD, 20.0 * THIRD)),
+    "Slotine and Li": lambda: loop(controller=SlotineLi(ARM, leakage=THIRD)),
+    "super-twisting": lambda: loop(controller=SuperTwisting(ARM, r1=10.0 * THIRD)),
     "drawn arm, drawn nominal": lambda: loop(
         ARM.perturbed(np.random.default_rng(1)),
         controller=FTCF(ARM.perturbed(np.random.default_rng(2)), compensation="bias"),
@@ -212,18 +243,19 @@ def test_every_kind_of_part_is_among_the_loops():
 
 def test_every_public_part_can_be_written():
     results = {
-        "Experiment",
+        "Bounds",
         "FilterFit",
         "InertiaBounds",
         "InertiaSplit",
         "RealisedSpecification",
         "SpectrumEstimate",
+        "Verification",
     }
     public = {name: getattr(ftcfa, name) for name in ftcfa.__all__}
     parts = {
         n: it for n, it in public.items() if isinstance(it, type) and dataclasses.is_dataclass(it)
     }
-    assert {name for name, it in parts.items() if it not in reachable(ClosedLoop)} <= results
+    assert {name for name, it in parts.items() if it not in reachable(Experiment)} <= results
 
 
 FILE = """
@@ -231,7 +263,17 @@ duration = 0.05
 seed = 5
 paths = 20
 record_every = 2
+tolerance = 0.04
+after = 0.01
+quantiles = [0.1, 0.5]
+chunk = 8
 period = 2e-3
+
+[specification]
+error = 0.3
+within = 0.02
+effort = [150, 150, 150, 28, 28, 28]
+share = 0.9
 
 [arm]
 robot = "ur5"
@@ -265,7 +307,51 @@ def test_a_file_says_what_python_says():
     )
     numbers = (experiment.seed, experiment.paths, experiment.record_every, experiment.duration)
     assert numbers == (5, 20, 2, 0.05)
+    assert (experiment.tolerance, experiment.after, experiment.chunk) == (0.04, 0.01, 8)
+    assert experiment.quantiles == (0.1, 0.5)
+    asked = Specification(0.3, 0.02, [150, 150, 150, 28, 28, 28], share=0.9)
+    assert dataclasses.astuple(experiment.specification) == dataclasses.astuple(asked)
     assert same_bits(experiment, simulate(built, 0.05, seed=5))
+
+
+def test_run_is_the_ensemble_that_the_file_says():
+    experiment = Experiment.from_text(FILE)
+    again = ensemble(
+        experiment.loop, 20, 0.05, seed=5, record_every=2, tolerance=0.04, after=0.01,
+        quantiles=(0.1, 0.5), chunk=8, threads=1,
+    )  # fmt: skip
+    xr.testing.assert_identical(experiment.run(threads=1), again)
+
+
+def test_verify_asks_what_the_file_says():
+    experiment = Experiment.from_text(FILE)
+    found = experiment.verify(threads=1)
+    again = verify(experiment.loop, experiment.specification, 0.05, seed=5)
+    assert found.specification is experiment.specification
+    assert (found.answer, found.verdict, found.seed) == (again.answer, again.verdict, 5)
+
+
+def test_without_a_specification_there_is_nothing_to_verify():
+    with pytest.raises(ParameterError) as caught:
+        Experiment(loop(), 1.0).verify()
+    assert str(caught.value) == (
+        "Experiment specification: missing, expected a Specification; "
+        "in a file: a table [specification] with error and within"
+    )
+
+
+def test_what_an_experiment_says_of_its_ensemble_comes_back():
+    asked = Specification(THIRD, 0.5, torque_rate=[1.0, THIRD], budget=7)
+    written = Experiment(loop(), 1.0, 3, 9, 2, THIRD, 0.25, (THIRD, 0.5), 7, asked)
+    again = Experiment.from_text(written.to_text())
+    assert "type" not in written.to_text().split("[specification]")[1].split("[")[0]
+    for name in ("seed", "paths", "record_every", "tolerance", "after", "quantiles", "chunk"):
+        assert getattr(again, name) == getattr(written, name)
+    assert dataclasses.astuple(again.specification) == dataclasses.astuple(asked)
+    assert (
+        again.digest == written.digest == Experiment.from_description(written.description()).digest
+    )
+    assert dataclasses.replace(written, specification=None).digest != written.digest
 
 
 def test_home_is_the_posture_of_the_arm_wherever_postures_are_expected():
@@ -522,8 +608,8 @@ def test_what_results_remember_shows_any_part():
 
 ROBOTS = ", ".join(ftcfa.model.catalogue.catalogue())
 TOP = (
-    "duration, seed, paths, record_every, arm, controller, reference, vibration, period, "
-    "substeps, integrator, q0, v0, uncertainty"
+    "duration, seed, paths, record_every, tolerance, after, quantiles, chunk, specification, "
+    "arm, controller, reference, vibration, period, substeps, integrator, q0, v0, uncertainty"
 )
 INPUTS = "BaseAcceleration, BaseMotion, FrameWrench, JointTorque, PaperPendulumInput"
 EXCITATIONS = (
@@ -606,6 +692,63 @@ BROKEN = {
             "e.toml: [controller.gains] c2: -1.0, expected a number > 0",
         ],
     ),
+    "tolerance out of range": (
+        "tolerance = 0.04", "tolerance = 0",
+        ["e.toml: tolerance: 0.0, expected a number > 0 [rad or m]"],
+    ),
+    "quantile out of range": (
+        "[0.1, 0.5]", "[0.1, 50]",
+        [
+            "e.toml: quantiles: 50.0, expected a number between 0 and 1; "
+            "give 0.5 for 50 percent"
+        ],
+    ),
+    "no quantiles": (
+        "[0.1, 0.5]", "[]",
+        ["e.toml: quantiles: none, expected one or more numbers"],
+    ),
+    "quantile that is no number": (
+        "[0.1, 0.5]", "[0.1, 'median']",
+        ["e.toml: quantiles[1]: 'median', expected a number"],
+    ),
+    "empty chunks": (
+        "chunk = 8", "chunk = 0",
+        ["e.toml: chunk: 0, expected an integer >= 1"],
+    ),
+    "time before the start": (
+        "after = 0.01", "after = -1",
+        ["e.toml: after: -1.0, expected a number >= 0 [s]"],
+    ),
+    "unknown key of the specification": (
+        "share = 0.9", "shares = 0.9",
+        ["e.toml: [specification] shares: unknown key; did you mean 'share'?"],
+    ),
+    "key missing in the specification": (
+        "error = 0.3\n", "",
+        ["e.toml: [specification] error: missing, expected a number"],
+    ),
+    "share in percent and no budget": (
+        "share = 0.9", "share = 90\nbudget = 0",
+        [
+            "e.toml: [specification] share: 90.0, expected a number between 0 and 1; "
+            "give 0.9 for 90 percent",
+            "e.toml: [specification] budget: 0, expected an integer >= 1",
+        ],
+    ),
+    "longer to settle than the run": (
+        "within = 0.02", "within = 2",
+        [
+            "e.toml: [specification]: Specification within: 2 s, "
+            "expected less than the duration of 0.05 s"
+        ],
+    ),
+    "effort of another arm": (
+        "effort = [150, 150, 150, 28, 28, 28]", "effort = [1, 2]",
+        [
+            "e.toml: [specification]: Specification effort: shape (2,), "
+            "expected a number or shape (6,)"
+        ],
+    ),
     "unknown word": (
         '"bias"', '"bais"',
         [
@@ -678,7 +821,10 @@ BROKEN = {
     ),
     "parts that do not go together": (
         "intensity = 0.2", "intensity = [1, 2, 3]",
-        ["e.toml: [vibration]: WhiteNoise intensity: 3 channels, expected 2 channels"],
+        [
+            "e.toml: [vibration]: WhiteNoise intensity: 3 channels, expected 2 channels; "
+            "one for each channel of the noise input, or choose fewer of its axes"
+        ],
     ),
     "step too long for a spectrum": (
         'type = "WhiteNoise", intensity = 0.2',
@@ -791,7 +937,14 @@ def test_a_description_that_is_none(text, told):
         ((loop(), "1"), "Experiment duration: '1', expected a number >= 0 [s]"),
         ((loop(), 1.0, -1), "Experiment seed: -1, expected an integer from 0 to 2^64 - 1"),
         ((loop(), 1.0, 0, 0), "Experiment paths: 0, expected an integer >= 1"),
-        ((loop(), 1.0, 0, 1, 0.5), "Experiment record_every: 0.5, expected an integer >= 1"),
+        (
+            (loop(), 1.0, 0, 1, 0.5),
+            "Experiment record_every: 0.5, expected an integer from 0 to 2^64 - 1",
+        ),
+        (
+            (loop(), 1.0, 0, 1, 0, 0.05, None, (0.5,), 1, 3),
+            "Experiment specification: a int, expected a Specification, or None",
+        ),
     ],
 )
 def test_an_experiment_checks_its_numbers(values, told):

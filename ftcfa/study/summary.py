@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from ftcfa.loop.describe import provenance
 from ftcfa.loop.metrics import UNITS as METRICS
 from ftcfa.loop.rebuild import rebuild
 from ftcfa.study.chunk import PER_JOINT, Plan, Tally
+from ftcfa.study.estimate import Estimate
+from ftcfa.study.proportions import proportion
 from ftcfa.study.stability import practical_settling_time
 from ftcfa.study.survival import SettlingDistribution, settling_distribution
 
@@ -53,9 +56,9 @@ def summarise(
     found = np.stack(tally.sketch.quantile(levels, confidence))
     data |= _over_time(loop, "quantile", ("bound", "quantile"), found)
     per_path = tally.per_path
-    for name in per_path.data_vars:
-        unit, meaning = METRICS.get(str(name), ("s", "time of divergence, NaN if none"))
-        per_path[name].attrs = attributes(loop, unit, meaning, "joint" in per_path[name].dims)
+    metrics = {**METRICS, "diverged_at": ("s", "time of divergence, NaN if none")}
+    for name, told in metrics.items():
+        per_path[name].attrs = attributes(loop, *told, "joint" in per_path[name].dims)
     times = plan.times(loop)
     q_d = loop.reference.at(times).q
     data["q_d"] = (("time", "joint"), q_d, attributes(loop, *UNITS["q_d"], True))
@@ -80,7 +83,7 @@ def summarise(
             "diverged": int(np.isfinite(per_path["diverged_at"]).sum()),
         },
     )
-    return dataset.assign(per_path.data_vars)
+    return dataset.assign({name: per_path[name] for name in metrics})
 
 
 def replay(
@@ -108,16 +111,24 @@ def replay(
 def settling(dataset: xr.Dataset) -> SettlingDistribution:
     """Distribution of the settling time over an ensemble's paths (Kaplan-Meier).
 
+    All runs end together, so nothing is censored before the end and the share that has settled is
+    binomial: where none or all have, the band ends at Clopper and Pearson's exact bound.
+
     Args:
         dataset: What `ensemble` returned.
     """
-    times = dataset["settling_time"].values
-    return settling_distribution(
+    times, confidence = dataset["settling_time"].values, dataset.attrs["confidence"]
+    found = settling_distribution(
         np.where(np.isfinite(times), times, np.nan),
         dataset.attrs["duration"],
         np.isfinite(dataset["diverged_at"].values),
-        dataset.attrs["confidence"],
+        confidence,
     )
+    value, low, high = found.share
+    _, all_settled, _ = proportion(times.size, times.size, confidence)
+    low = np.where(value >= 1.0, np.maximum(low, all_settled), low)
+    high = np.where(value <= 0.0, np.minimum(high, 1.0 - all_settled), high)
+    return replace(found, share=Estimate(value, low, high))
 
 
 def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
@@ -148,10 +159,9 @@ def _over_time(
     for name, part in names:
         unit, meaning = UNITS["z1" if name in ("ote", "error") else name]
         meaning = "overall tracking error |q - q_d|" if name == "ote" else meaning
-        square = "mean_square" in statistic
-        label = attributes(
-            loop, f"({unit})^2" if square else unit, f"{statistic} of {meaning}", name != "ote"
-        )
+        if "mean_square" in statistic:
+            unit = f"({unit})^2" if " " in unit else f"{unit}^2"
+        label = attributes(loop, unit, f"{statistic} of {meaning}", name != "ote")
         if name == "ote":
             told[f"ote_{statistic}"] = ((*dims, "time"), part[..., 0], label)
         else:

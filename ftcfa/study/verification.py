@@ -25,6 +25,12 @@ CHUNK = 256
 """Paths between two looks."""
 WORST = 5
 """How many of the worst paths are named."""
+REASONS = {
+    "settling_time": "settling time",
+    "peak_torque": "torque",
+    "peak_torque_rate": "torque rate",
+}
+"""Metrics that are limited, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +68,25 @@ class Specification:
             limit = getattr(self, name)
             if limit is not None and not np.all(vector(name, limit, np.size(limit)) > 0):
                 raise ParameterError(f"Specification {name}", repr(limit), "numbers > 0")
+
+    def check(self, loop: ClosedLoop, duration: float) -> None:
+        """Raise ParameterError or ShapeError unless it can be asked of runs of a loop."""
+        if not self.within < duration:
+            raise ParameterError(
+                "Specification within",
+                f"{self.within:g} s",
+                f"less than the duration of {duration:g} s",
+            )
+        self.limits(loop.arm.n)
+
+    def limits(self, n: int) -> dict[str, Array]:
+        """Largest allowed values of metrics for n joints, shape (1,) or (n,)."""
+        limits = {"settling_time": np.array([self.within])}
+        for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
+            limit = getattr(self, name)
+            if limit is not None:
+                limits[metric] = vector(f"Specification {name}", limit, n)
+        return limits
 
 
 @dataclass(frozen=True)
@@ -135,19 +160,17 @@ def verify(
     """
     natural("seed", seed)
     samples = samples_of(loop, duration)
-    if not specification.within < duration:
-        raise ParameterError(
-            "duration", f"{duration:g} s", f"more than the {specification.within:g} s to settle"
-        )
-    limits = _limits(loop, specification)
+    specification.check(loop, duration)
+    limits = specification.limits(loop.arm.n)
     watched = replace(loop, observer=PathMetrics(specification.error))
     beta = 1 - specification.confidence
     test = SequentialTest(specification.share, beta, specification.budget)
-    excess, verdict = np.zeros((len(limits), 0)), test.judge([])
+    excess, died, verdict = np.zeros((len(limits), 0)), np.zeros(0), test.judge([])
     for paths in _chunks(specification.budget):
         run = run_paths(watched, samples, samples, seed, paths, ["u"], {}, threads)
         part = _excess(watched, run.paths.observed, limits)
         excess = np.concatenate([excess, part], axis=1)
+        died = np.concatenate([died, run.paths.died])
         verdict = test.judge(np.all(excess <= 1.0, axis=0))
         if progress is not None:
             progress(excess.shape[1], specification.budget)
@@ -158,19 +181,10 @@ def verify(
         verdict.answer,
         verdict,
         proportion(int(kept.sum()), kept.size, specification.confidence),
-        _worst(excess, list(limits)),
+        _worst(excess, died, list(limits)),
         seed,
         specification,
     )
-
-
-def _limits(loop: ClosedLoop, asked: Specification) -> dict[str, Array]:
-    """Largest allowed values of metrics, shape (1,) or (n,)."""
-    limits = {"settling_time": np.array([asked.within])}
-    for name, limit in (("peak_torque", asked.effort), ("peak_torque_rate", asked.torque_rate)):
-        if limit is not None:
-            limits[name] = vector(f"Specification limit of {name}", limit, loop.arm.n)
-    return limits
 
 
 def _chunks(budget: int) -> Iterator[npt.NDArray[np.uint64]]:
@@ -188,22 +202,22 @@ def _excess(loop: ClosedLoop, observed: Any, limits: Mapping[str, Array]) -> Arr
     return np.nan_to_num(np.array(rows), nan=np.inf, posinf=np.inf)
 
 
-def _worst(excess: Array, names: Sequence[str]) -> tuple[WorstPath, ...]:
+def _worst(excess: Array, died: Array, names: Sequence[str]) -> tuple[WorstPath, ...]:
     """The paths that went farthest beyond some limit."""
     largest = np.max(excess, axis=0)
     order = np.argsort(-largest, kind="stable")[:WORST]
     return tuple(
-        WorstPath(int(path), _reason(excess[:, path], names), float(largest[path]))
+        WorstPath(int(path), _reason(excess[:, path], died[path], names), float(largest[path]))
         for path in order
         if largest[path] > 1.0
     )
 
 
-def _reason(excess: Array, names: Sequence[str]) -> str:
-    if np.all(np.isinf(excess)):
-        return "diverged"
+def _reason(excess: Array, died: float, names: Sequence[str]) -> str:
+    if np.isfinite(died):
+        return f"diverges at {died:.4g} s"
     broken = [
-        "does not settle" if np.isinf(value) else f"{name} is {value:.3g} times its limit"
+        "does not settle" if np.isinf(value) else f"{REASONS[name]} {value:.3g} times its limit"
         for name, value in zip(names, excess, strict=True)
         if value > 1.0
     ]

@@ -1,0 +1,276 @@
+"""An ensemble and a verification as files, figure and table: what they say, with paths that die."""
+
+import io
+import json
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.image import imread
+from rich.console import Console
+from scipy import stats
+
+from ftcfa import (
+    FTCF,
+    BaseAcceleration,
+    ClosedLoop,
+    Constant,
+    Sinusoid,
+    Specification,
+    Vibration,
+    WhiteNoise,
+    ensemble,
+    load_arm,
+    settling,
+    verify,
+)
+from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf, print_ensemble
+from ftcfa.report.ensemble_figure import ensemble_figure
+from ftcfa.report.verification import print_verification, verification_record
+
+ARM = load_arm("double_pendulum")
+PATHS, DURATION = 60, 0.7
+ASKED = 100
+
+
+def shaken(controller, reference, intensity, **start):
+    noise = Vibration(BaseAcceleration("xz"), WhiteNoise(intensity))
+    return ClosedLoop(ARM, controller, reference, noise, **start)
+
+
+class NoLaw:
+    """No torque."""
+
+    def init(self, q, v, desired):  # noqa: ARG002
+        return ()
+
+    def step(self, state, q, v, desired, period):  # noqa: ARG002
+        return {"u": 0.0 * q}, state
+
+
+SOUND = shaken(FTCF(ARM), Sinusoid((1.5, 1.0), (1.0, 2.0)), 0.1, q0=(-0.1, 0.25), v0=(-0.3, 0.45))
+DYING = shaken(NoLaw(), Constant([0.0, 0.0]), 1e7)
+"""Some of its paths diverge."""
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return ensemble(SOUND, PATHS, DURATION, seed=2, tolerance=0.052)
+
+
+@pytest.fixture(scope="module")
+def dying():
+    return ensemble(DYING, PATHS, 0.3, seed=1)
+
+
+@pytest.fixture(scope="module", params=["sound", "dying"])
+def either(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="module")
+def files(either):
+    return ensemble_files(either, ensemble_record(either, ASKED), ARM.effort_limit, "a $ of $ [b]")
+
+
+def printed(function, record, width):
+    stream = io.StringIO()
+    function(record, Console(file=stream, width=width, highlight=False))
+    return stream.getvalue()
+
+
+def test_files_are_the_dataset_the_record_and_the_figure(either, files):
+    assert sorted(files) == ["ensemble.nc", "ensemble.png", "ensemble.svg", "summary.json"]
+    assert json.loads(files["summary.json"]) == ensemble_record(either, ASKED)
+    again = ensemble_files(either, ensemble_record(either, ASKED), ARM.effort_limit, "a $ of $ [b]")
+    assert again == files
+
+
+@pytest.mark.parametrize("engine", ["scipy", None])
+def test_netcdf_reads_back_equal(either, files, tmp_path, engine):
+    file = tmp_path / "e.nc"
+    file.write_bytes(files["ensemble.nc"])
+    with xr.open_dataset(file, engine=engine) as again:
+        xr.testing.assert_identical(again, either)
+        assert again["joint"].values.tolist() == ["shoulder", "elbow"]
+        assert np.issubdtype(again["path"].dtype, np.integer)
+
+
+@pytest.mark.parametrize("seed", [2**31 - 1, 2**31, 2**64 - 1])
+def test_netcdf_keeps_every_seed(sound, tmp_path, seed):
+    file = tmp_path / "e.nc"
+    file.write_bytes(netcdf(sound.assign_attrs(seed=seed)))
+    with xr.open_dataset(file, engine="scipy") as again:
+        assert int(again.attrs["seed"]) == seed
+
+
+def test_png_shows_something_and_clips_nothing(files):
+    picture = imread(io.BytesIO(files["ensemble.png"]), format="png")[..., :3]
+    assert 0.01 < np.mean(picture.min(axis=2) < 0.9) < 0.5
+    for border in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert np.all(border == 1.0)
+
+
+def words_of(svg):
+    root = ElementTree.fromstring(svg)
+    words = "".join("".join(e.itertext()) for e in root.iter() if e.tag.endswith("}text"))
+    return "".join(words.split())
+
+
+def test_the_figure_says_what_is_drawn(either, files):
+    text = words_of(files["ensemble.svg"])
+    dead = either.attrs["diverged"]
+    told = f"{dead} of them diverged" if dead else "none diverged"
+    for expected in (
+        "a $ of $ [b]",
+        f"60 paths of seed {either.attrs['seed']}, {told}",
+        "[rad²]",
+        "[rad]",
+        "[N m]",
+        "= 15 N m",
+        "5 to 95 %",
+        "25 to 75 %",
+        "median",
+        "share of paths",
+        "time [s]",
+        f"tolerance {either.attrs['tolerance']:g}",
+        "95 % confidence at each single time",
+    ):
+        assert "".join(expected.split()) in text
+    if dead:
+        assert "survivorsonly" in text
+        assert f"{dead}divergedandneversettle" in text
+    assert (f"{settling(either).censored}notby" in text) == (settling(either).censored > 0)
+
+
+def test_the_figure_draws_the_data(sound):
+    square, fan, torque, settle = ensemble_figure(sound, ARM.effort_limit, "t").axes
+    assert (square.get_yscale(), fan.get_yscale()) == ("log", "log")
+    np.testing.assert_allclose(square.get_lines()[0].get_ydata(), sound.ote_mean_square[0])
+    low, high = square.get_ylim()
+    assert low < sound.attrs["tolerance"] ** 2 < high
+    np.testing.assert_allclose(fan.get_lines()[0].get_ydata(), sound.ote_quantile[0, 2])
+    busiest = sound.u_mean.joint[np.argmax(sound.rms_torque.values.mean(axis=0))].item()
+    assert torque.get_title(loc="left") == f"torque of {busiest}, quantiles as above"
+    median = sound.u_quantile.sel(joint=busiest, quantile=0.5)[0]
+    np.testing.assert_allclose(torque.get_lines()[0].get_ydata(), median)
+    limits = {float(line.get_ydata()[0]) for line in torque.get_lines()[1:]}
+    assert limits == {15.0, -15.0}
+    time, share = settle.get_lines()[0].get_data()
+    times = sound.settling_time.values
+    for t, value in zip(time[:-1], share[:-1], strict=True):
+        assert value == pytest.approx(np.mean(times <= t) if t > 0 else 0.0)
+
+
+def test_the_mean_of_all_ends_where_the_first_path_dies(dying):
+    square = ensemble_figure(dying, ARM.effort_limit, "t").axes[0]
+    survivors, everyone = (line.get_ydata() for line in square.get_lines()[:2])
+    first = np.nanmin(dying.diverged_at)
+    assert np.all(np.isnan(everyone[dying.time.values >= first]))
+    assert np.all(np.isfinite(survivors[1:]))
+
+
+def test_an_arm_without_limits_has_its_torque_drawn(sound):
+    torque = ensemble_figure(sound, np.full(2, np.inf), "t").axes[2]
+    assert len(torque.get_lines()) == 1
+
+
+def test_one_path_alone_can_be_drawn_and_told():
+    one = ensemble(SOUND, 1, 0.05)
+    record = ensemble_record(one, 1)
+    assert record["mean_square_error"]["low"] is None
+    assert ensemble_files(one, record, ARM.effort_limit, "t")
+    assert "1 of seed 0" in printed(print_ensemble, record, 80)
+
+
+def test_record_against_scipy(sound):
+    record = ensemble_record(sound, ASKED)
+    assert (record["paths"], record["asked"], record["seed"]) == (PATHS, ASKED, 2)
+    exact = stats.binomtest(0, PATHS).proportion_ci(method="exact")
+    assert record["diverged"]["count"] == 0
+    assert record["diverged"]["share"]["high"] == pytest.approx(exact.high)
+    last = float(sound.ote_mean_square[0, -1])
+    assert record["mean_square_error"]["estimate"] == last
+    assert record["practical_settling"]["epsilon"] == pytest.approx(0.052**2)
+    for row in record["metrics"]:
+        values = sound[row["metric"]]
+        values = values.sel(joint=row["joint"]) if "joint" in row else values
+        x = np.sort(values.values)
+        assert row["median"]["estimate"] == x[PATHS // 2 - 1]
+        low, high = stats.binom.ppf([0.025, 0.975], PATHS, 0.5).astype(int)
+        assert (row["median"]["low"], row["median"]["high"]) == (x[low - 1], x[high])
+        assert row["largest"] == x[-1] == float(values.sel(path=row["path"]))
+        assert row["without"] == 0
+    assert [row["unit"] for row in record["metrics"][-3:]] == ["N m/s", "N m/s", "J"]
+
+
+def test_record_of_the_dead(dying):
+    record = ensemble_record(dying, PATHS)
+    dead = np.flatnonzero(np.isfinite(dying.diverged_at.values))
+    assert 0 < len(dead) < PATHS
+    assert record["diverged"]["count"] == len(dead)
+    assert record["diverged"]["first_paths"] == dead[:10].tolist()
+    assert record["mean_square_error"]["estimate"] is None
+    alive = dying.ote_mean_square_survivors.values[0, -1]
+    assert record["mean_square_error"]["survivors"]["estimate"] == alive
+    assert record["practical_settling"]["time"] is None
+    energy = record["metrics"][-1]
+    assert (energy["metric"], energy["without"]) == ("energy", len(dead))
+    assert energy["95 %"]["estimate"] is None  # the dead are the worst of all
+    json.dumps(record, allow_nan=False)
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_what_is_printed(either, width):
+    record = ensemble_record(either, ASKED)
+    text = printed(print_ensemble, record, width)
+    assert all(len(line) <= width for line in text.splitlines())
+    words = " ".join(text.split())
+    dead = record["diverged"]
+    for expected in (
+        "interrupted, 100 were asked for",
+        "Definition 1 the 97.5 % upper bound of E|z1|^2",
+        "with distribution-free 95 % intervals",
+        "peak torque rate",
+        "[N m/s]",
+        "settling time 5 %: ",
+    ):
+        assert expected in words
+    if dead["count"]:
+        assert f"paths {', '.join(map(str, dead['first_paths']))}, ..." in words
+        assert "later than 0.3 s" in words
+        assert "of survivors" in words
+
+
+@pytest.fixture(scope="module")
+def verifications():
+    def ask(**values):
+        return verify(SOUND, Specification(**{"error": 0.05, "within": 0.6, **values}), DURATION)
+
+    return {
+        "yes": ask(within=0.65),
+        "no": ask(within=0.3, effort=[15.0, 15.0]),
+        "undecided": ask(within=0.56, share=0.5, budget=20),
+    }
+
+
+@pytest.mark.parametrize("answer", ["yes", "no", "undecided"])
+def test_a_verification_as_a_record_and_in_words(verifications, answer):
+    found = verifications[answer]
+    record = verification_record(found, "dir/e.toml", DURATION)
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    assert (record["answer"], found.answer) == (answer, answer)
+    text = printed(print_verification, record, 80)
+    assert text.splitlines()[0] == answer
+    assert f"{found.verdict.successes} of {found.verdict.trials} paths" in text
+    assert ("worst paths" in text) == bool(found.worst)
+    if found.worst:
+        worst = found.worst[0]
+        assert f"path {worst.path}: {worst.reason}" in text
+        replay = (
+            f"ftcfa.simulate(ftcfa.load_experiment('dir/e.toml').loop, {DURATION}, seed=0, "
+            f'path={worst.path}, signals="all")'
+        )
+        assert replay in text.splitlines()
+    assert ("Clopper and Pearson" in text) == (answer == "undecided")
