@@ -1,6 +1,14 @@
-from .control.filters import ExplicitFilter, ImplicitFilter
+from .control.command_filtered import CommandFilteredBackstepping
+from .control.computed_torque import ComputedTorque
+from .control.filters import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
+from .control.finite_time_backstepping import FiniteTimeBackstepping
 from .control.ftcf import FTCF, Gains
 from .control.network import RBFNetwork
+from .control.pd_gravity import PDGravity
+from .control.rivals import ABLATIONS, CONTROLLERS, ablated
+from .control.slotine_li import SlotineLi
+from .control.stochastic_backstepping import StochasticBackstepping
+from .control.super_twisting import SuperTwisting
 from .engine.simulate import simulate, simulate_paths
 from .errors import (
     FtcfaError,
@@ -19,6 +27,7 @@ from .model.load import load_arm
 from .model.pendulum import PaperPendulum
 from .model.split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .model.uncertainty import Uncertainty
+from .study.bounds import Bounds, bounds
 from .study.ensemble import ensemble
 from .study.summary import replay, settled_in_mean_square, settling
 from .study.verification import Specification, Verification, verify
@@ -55,18 +64,24 @@ from .vibration.vibration import Vibration
 __version__: str
 
 __all__ = [
+    "ABLATIONS",
+    "CONTROLLERS",
     "FTCF",
     "PASSENGER_CAR",
     "TRUCK",
     "Arm",
     "BaseAcceleration",
     "BaseMotion",
+    "Bounds",
     "ClosedLoop",
+    "CommandFilteredBackstepping",
+    "ComputedTorque",
     "Constant",
     "Experiment",
     "ExperimentError",
     "ExplicitFilter",
     "FilterFit",
+    "FiniteTimeBackstepping",
     "FrameWrench",
     "FtcfaError",
     "Gains",
@@ -78,9 +93,11 @@ __all__ = [
     "LinearFilter",
     "MinimumJerk",
     "NoiseInput",
+    "PDGravity",
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
+    "ProperFilter",
     "QuarterCar",
     "RBFNetwork",
     "RandomPhase",
@@ -88,15 +105,19 @@ __all__ = [
     "Record",
     "RecordedAcceleration",
     "Road",
+    "SecondOrderFilter",
     "ShapeError",
     "ShapedNoise",
     "SineSweep",
     "Sinusoid",
+    "SlotineLi",
     "Specification",
     "Spectrum",
     "SpectrumEstimate",
     "Stacked",
     "Standard",
+    "StochasticBackstepping",
+    "SuperTwisting",
     "Superposition",
     "Table",
     "TracingError",
@@ -107,6 +128,8 @@ __all__ = [
     "Vibration",
     "WhiteNoise",
     "__version__",
+    "ablated",
+    "bounds",
     "ensemble",
     "estimate_spectrum",
     "fit_filter",

@@ -1,17 +1,22 @@
 """The command line, thin: each command imports what it needs only when it runs.
 
-Exit status: 0 done, 2 bad input (one sentence on standard error), 130 interrupted.
+Exit status: 0 done, 1 the answer is no, 2 bad input (one sentence a fault on standard error),
+3 undecided within the budget, 130 interrupted.
 """
 
 import json
+import re
 import signal
 import sys
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from threading import Event
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, cast
 
 import typer
 
@@ -26,6 +31,25 @@ app = typer.Typer(
 _interrupted = Event()
 """Whether Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
 
+ADDRESS = r"(tcp|tls|ucx|wss?)://.+:\d+"
+"""Of a scheduler."""
+SECONDS_TO_ANSWER = 5
+"""How long a scheduler is waited for."""
+RECENT = 16
+"""Reports over which the rate of a progress bar is taken."""
+STORE = "ensemble.zarr"
+"""Where `ftcfa run` keeps what is done, below its folder."""
+EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
+
+File = Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="The experiment's file.")]
+OptionalFile = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="EXPERIMENT.toml", help="The experiment's file. Without it: the paper's study."
+    ),
+]
+Against = Literal["rivals", "ablations", "conditions"]
+Threads = Annotated[int | None, typer.Option(help="Threads; all by default.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 
 
@@ -45,7 +69,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             sys.exit(130)
         if not isinstance(error, FtcfaError | OSError):
             raise
-        print(f"ftcfa: {error}", file=sys.stderr)
+        for line in str(error).splitlines():
+            print(f"ftcfa: {line}", file=sys.stderr)
         sys.exit(2)
     finally:
         signal.signal(signal.SIGINT, before)
@@ -256,6 +281,292 @@ def vibration(
     if files:
         names_of_files = ", ".join(file.name for file in files)
         console.print(f"{len(files)} files in {out}: {names_of_files}", markup=False)
+
+
+@app.command()
+def run(
+    experiment: File,
+    out: Annotated[
+        Path, typer.Option(help="Folder for what is done, the Dataset, summary.json and figures.")
+    ] = Path("out"),
+    paths: Annotated[int | None, typer.Option(help="How many, for the file's.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated time in s, for the file's.")
+    ] = None,
+    threads: Threads = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT", help="A Dask scheduler whose workers run the paths."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run an ensemble: statistics with confidence intervals, a netCDF file and figures.
+
+    Run again, it goes on where it was; so after Ctrl-C, which gives the statistics of what is done.
+    """
+    from rich.console import Console
+
+    from ftcfa.experiment import load_experiment
+    from ftcfa.report.ensemble import ensemble_files, ensemble_record, print_ensemble
+    from ftcfa.report.files import make_folder, write_whole
+
+    asked = _given(paths=paths, duration=duration)
+    told = replace(load_experiment(experiment), specification=None, **asked)
+    _check_threads(threads)
+    make_folder(out)
+    with _cluster(scheduler) as client, _progress_of_paths() as report:
+        dataset = told.run(threads=threads, client=client, store=out / STORE, progress=report)
+    record = ensemble_record(dataset, told.paths)
+    files = ensemble_files(dataset, record, told.loop.arm.effort_limit, experiment.name)
+    for name, content in files.items():
+        write_whole(out / name, content)
+    if as_json:
+        _print_json({**record, "files": [str(out / name) for name in files]})
+    else:
+        console = Console(highlight=False)
+        print_ensemble(record, console)
+        names = ", ".join([*files, STORE])
+        console.print(f"\nin {out}: {names}", markup=False)
+    if _interrupted.is_set():
+        raise KeyboardInterrupt
+
+
+@app.command()
+def verify(
+    experiment: File,
+    error: Annotated[
+        float | None, typer.Option(help="Largest tracking error after settling, rad or m.")
+    ] = None,
+    within: Annotated[float | None, typer.Option(help="Time to settle in s.")] = None,
+    effort: Annotated[
+        float | None, typer.Option(help="Largest torque of every joint in N m or N.")
+    ] = None,
+    torque_rate: Annotated[
+        float | None, typer.Option(help="Largest torque rate of every joint in N m/s or N/s.")
+    ] = None,
+    share: Annotated[
+        float | None, typer.Option(help="Share of the runs that shall keep it [0.95].")
+    ] = None,
+    confidence: Annotated[float | None, typer.Option(help="Of yes and of no [0.95].")] = None,
+    budget: Annotated[int | None, typer.Option(help="Largest number of paths [10000].")] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Ask whether a share of all runs keeps the specification of the file or of the options.
+
+    Exit status 0: yes, 1: no, 3: undecided within the budget of paths.
+    """
+    from rich.console import Console
+
+    from ftcfa.experiment import load_experiment
+    from ftcfa.report.verification import print_verification, verification_record
+
+    told = load_experiment(experiment)
+    options = _given(
+        error=error, within=within, effort=effort, torque_rate=torque_rate, share=share,
+        confidence=confidence, budget=budget,
+    )  # fmt: skip
+    told = replace(told, specification=_specification(told.specification, options))
+    _check_threads(threads)
+    with _progress_of_paths() as report:
+        found = told.verify(threads=threads, progress=report)
+    record = verification_record(found, str(experiment), told.duration)
+    if as_json:
+        _print_json(record)
+    else:
+        print_verification(record, Console(highlight=False))
+    raise typer.Exit(EXIT_STATUS[found.answer])
+
+
+@app.command()
+def compare(
+    experiment: OptionalFile = None,
+    against: Annotated[
+        Against, typer.Option(help="Other laws, ingredients left out, or harder conditions.")
+    ] = "rivals",
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(help="A law to compare, the first with all others; repeatable."),
+    ] = None,
+    paths: Annotated[int | None, typer.Option(help="How many, for the file's.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated time in s, for the file's.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the figure and summary.json.")
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare controllers under the same noise: means, and paired differences from the first."""
+    from rich.console import Console
+
+    from ftcfa.experiment import Experiment, load_experiment
+    from ftcfa.report.comparison import comparison_files, comparison_record, print_comparison
+    from ftcfa.report.files import make_folder, write_whole
+    from ftcfa.study import comparison, variants
+    from ftcfa.study.reproduction import FINITE_TIME, closed_loop
+
+    if experiment is None:
+        told = Experiment(closed_loop(FINITE_TIME), duration=10.0, paths=1000)
+    else:
+        told = load_experiment(experiment)
+    told = replace(told, specification=None, **_given(paths=paths, duration=duration))
+    _check_threads(threads)
+    if out is not None:
+        make_folder(out)
+    if against == "rivals":
+        loops = variants.rivals(told.loop, controller)
+    else:
+        loops = getattr(variants, against)(told.loop)
+    with _progress_of_paths() as report:
+        dataset = comparison.compare(
+            loops, told.paths, told.duration, seed=told.seed, tolerance=told.tolerance,
+            after=told.after, threads=threads, progress=report,
+        )  # fmt: skip
+    name = getattr(told.loop.arm, "name", type(told.loop.arm).__name__)
+    title = f"{name}: {against}"
+    files = {} if out is None else comparison_files(dataset, title)
+    for name, content in files.items():
+        write_whole(cast(Path, out) / name, content)
+    if as_json:
+        _print_json(comparison_record(dataset))
+    else:
+        print_comparison(dataset, Console(highlight=False))
+
+
+@app.command()
+def bounds(
+    experiment: OptionalFile = None,
+    theta: Annotated[
+        float, typer.Option(help="Bound of the squared norm of the network's weights.")
+    ] = 0.0,
+    eps: Annotated[float, typer.Option(help="Largest error of the network.")] = 0.0,
+    pi1: Annotated[float, typer.Option(help="Largest filter error in rad/s.")] = 0.0,
+    sigma: Annotated[
+        float, typer.Option(help="Share of the decay that buys the first-entry time.")
+    ] = 0.5,
+    as_json: AsJson = False,
+) -> None:
+    """Say what Theorem 1 promises of a loop, in numbers, beside what a few paths do."""
+    from rich.console import Console
+
+    from ftcfa.experiment import load_experiment
+    from ftcfa.report.bounds import bounds_record, print_bounds
+    from ftcfa.study import bounds as theorem
+    from ftcfa.study.premises import follow
+    from ftcfa.study.reproduction import FINITE_TIME, closed_loop
+
+    loop = closed_loop(FINITE_TIME) if experiment is None else load_experiment(experiment).loop
+    found = theorem.bounds(loop, theta=theta, eps=eps, pi1=pi1, sigma=sigma)
+    record = bounds_record(found, follow(loop, found))
+    _print_json(record) if as_json else print_bounds(record, Console(highlight=False))
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """The options that were given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _specification(found: Any, options: dict[str, Any]) -> Any:
+    """The file's specification with options in place of its values."""
+    from ftcfa.errors import ParameterError
+    from ftcfa.study.verification import Specification
+
+    if found is not None:
+        return replace(found, **options)
+    if not options.keys() >= {"error", "within"}:
+        raise ParameterError(
+            "specification",
+            "missing",
+            "a table [specification] in the file with error and within",
+            "or give --error and --within",
+        )
+    return Specification(**options)
+
+
+def _check_threads(threads: int | None) -> None:
+    from ftcfa.arrays import counting
+
+    if threads is not None:
+        counting("--threads", threads)
+
+
+@contextmanager
+def _cluster(scheduler: str | None) -> Iterator[Any]:
+    """A client of a Dask cluster, or None without an address."""
+    from ftcfa.errors import FtcfaError, ParameterError
+
+    if scheduler is None:
+        yield None
+        return
+    try:
+        import distributed
+    except ImportError as error:
+        raise FtcfaError(
+            "--scheduler",
+            "the package 'distributed' is not installed",
+            "",
+            "install it: pip install 'ftcfa[cluster]'",
+        ) from error
+    if not re.fullmatch(ADDRESS, scheduler):
+        raise ParameterError("--scheduler", scheduler, "such as tcp://127.0.0.1:8786")
+    try:
+        client = distributed.Client(scheduler, timeout=SECONDS_TO_ANSWER)
+    except OSError as error:
+        raise ParameterError(
+            "--scheduler",
+            f"no answer from {scheduler} within {SECONDS_TO_ANSWER} s",
+            "the address of a Dask scheduler that runs",
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)
+        except TimeoutError as error:
+            raise ParameterError(
+                "--scheduler", f"{scheduler} has no workers", "one or more", "start a dask worker"
+            ) from error
+        yield client
+
+
+@contextmanager
+def _progress_of_paths() -> Iterator[Callable[[int, int], None] | None]:
+    """A bar with rate and time left on standard error, if that is a terminal.
+
+    Yields what takes the paths done and the paths asked for.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("paths", total=None)
+        seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
+
+        def report(done: int, total: int) -> None:
+            seen.append((time.monotonic(), done))
+            told = _pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
+            progress.update(task, completed=done, total=total, description=told)
+
+        yield report
+
+
+def _pace(done: int, total: int, seconds: float, paths: int) -> str:
+    """Paths done, rate and time left, from the paths of some seconds."""
+    text = f"{done:,} of {total:,} paths"
+    if not (seconds > 0 and paths > 0):
+        return text
+    minutes, rest = divmod(round((total - done) * seconds / paths), 60)
+    hours, minutes = divmod(minutes, 60)
+    rate = paths / seconds
+    told = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+    return f"{text}, {told} paths/s, {hours}:{minutes:02}:{rest:02} left"
 
 
 @contextmanager

@@ -1,18 +1,25 @@
 """The command line as its user meets it: real runs, exit status, what goes to which stream."""
 
+import contextlib
 import json
+import os
+import pty
 import re
 import resource
 import signal
+import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import distributed
 import pytest
+import xarray as xr
 from matplotlib.image import imread
 
-from ftcfa.cli import main
+import ftcfa
+from ftcfa.cli import _pace, main
 from ftcfa.model.catalogue import catalogue
 from ftcfa.study.reproduction import QUICK_CASES, QUICK_DURATION
 from ftcfa.vibration.road import ROAD_CLASSES
@@ -60,9 +67,25 @@ def test_version(capsys) -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["--help"], ["inspect", "reproduce", "vibration", "--version"]),
+        (["--help"], ["inspect", "reproduce", "run", "verify", "vibration", "--version"]),
         (["inspect", "--help"], ["--lock", "--effort-limit", "--gravity", "--json", "lists"]),
         (["reproduce", "--help"], ["--out", "--quick", "--json"]),
+        (
+            ["run", "--help"],
+            [
+                "EXPERIMENT.toml",
+                "--out",
+                "--paths",
+                "--duration",
+                "--threads",
+                "--scheduler",
+                "--json",
+            ],
+        ),
+        (
+            ["verify", "--help"],
+            ["--error", "--within", "--effort", "--torque-rate", "--share", "--budget", "--json"],
+        ),
         (["vibration", "--help"], ["NAME", "--table", "--out", "--json", "lists"]),
     ],
 )
@@ -261,6 +284,280 @@ def test_vibration_of_bad_input_is_one_sentence(capsys, own_table, words, expect
     assert call("vibration", *(word.format(own=own_table) for word in words)) == 2
     shown = capsys.readouterr()
     assert all(text in one_sentence(shown.err) for text in expected)
+    assert shown.out == ""
+
+
+EXPERIMENT = """
+duration = 0.7
+seed = 4
+paths = 24
+chunk = 8
+q0 = [-0.1, 0.25]
+v0 = [-0.3, 0.45]
+
+[arm]
+robot = "double_pendulum"
+
+[controller]
+type = "FTCF"
+
+[reference]
+type = "Sinusoid"
+amplitude = [1.5, 1.0]
+frequency = [1.0, 2.0]
+
+[vibration]
+input = { type = "BaseAcceleration", axes = "xz" }
+excitation = { type = "WhiteNoise", intensity = 0.1, convention = "amplitude" }
+"""
+SPECIFICATION = """
+[specification]
+error = 0.05
+within = 0.6
+"""
+
+
+@pytest.fixture
+def experiment(tmp_path) -> str:
+    """An experiment's file."""
+    file = tmp_path / "experiment.toml"
+    file.write_text(EXPERIMENT + SPECIFICATION)
+    return str(file)
+
+
+def test_run_writes_the_ensemble(capsys, experiment, tmp_path) -> None:
+    out = tmp_path / "new" / "out"
+    assert call("run", experiment, "--out", str(out), "--json") == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""  # no progress where there is no terminal
+    record = json.loads(shown.out)
+    files = record.pop("files")
+    assert json.loads((out / "summary.json").read_text()) == record
+    assert sorted([*map(Path, files), out / "ensemble.zarr"]) == sorted(out.iterdir())
+    assert imread(out / "ensemble.png").std() > 0.05
+    told = ftcfa.load_experiment(experiment)
+    xr.testing.assert_identical(xr.open_dataset(out / "ensemble.nc"), told.run())
+    stored = xr.open_zarr(out / "ensemble.zarr", group="result", consolidated=False)
+    xr.testing.assert_identical(stored.load(), told.run())
+
+
+def test_run_prints_a_table(capsys, experiment, tmp_path) -> None:
+    words = ["run", experiment, "--out", str(tmp_path / "out"), "--paths", "3", "--threads", "1"]
+    assert call(*words, "--duration", "0.2") == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    for word in ("3 of seed 4, 0.2 s each", "E|z1|^2", "Definition 1", "torque rate", "energy"):
+        assert word in shown.out
+    files = "ensemble.nc, summary.json, ensemble.png, ensemble.svg, ensemble.zarr"
+    assert files in " ".join(shown.out.split())
+
+
+def test_run_goes_on_where_it_was(capsys, experiment, tmp_path) -> None:
+    short, whole = str(tmp_path / "short"), str(tmp_path / "whole")
+    assert call("run", experiment, "--out", short, "--paths", "8", "--json") == 0
+    kept = Path(short, "ensemble.zarr", "chunks", "000000")
+    before = kept.stat().st_mtime_ns
+    assert call("run", experiment, "--out", short) == 0
+    assert kept.stat().st_mtime_ns == before
+    assert call("run", experiment, "--out", whole) == 0
+    capsys.readouterr()
+    for name in ("ensemble.nc", "summary.json", "ensemble.png"):
+        assert Path(short, name).read_bytes() == Path(whole, name).read_bytes()
+
+
+def test_interrupted_run_tells_what_is_done_and_goes_on(experiment, tmp_path) -> None:
+    out = tmp_path / "out"
+    command = [*FTCFA, "run", experiment, "--out", str(out)]
+    process = subprocess.Popen(
+        [*command, "--paths", "1000000", "--json"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    chunks = out / "ensemble.zarr" / "chunks"
+    while process.poll() is None and len(list(chunks.glob("[0-9]*[0-9]"))) < 3:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    text, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (130, "")
+    record = json.loads(text)
+    assert 16 <= record["paths"] < record["asked"] == 1000000
+    assert json.loads((out / "summary.json").read_text())["paths"] == record["paths"]
+    done = len(list(chunks.glob("[0-9]*[0-9]")))
+    again = run("run", experiment, "--out", str(out), "--paths", str(8 * done), "--json")
+    assert (again.returncode, again.stderr) == (0, "")
+    assert json.loads(again.stdout)["paths"] == 8 * done
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["no_such.toml"], "no such file"),
+        (["{file}", "--paths", "0"], "paths: 0, expected an integer >= 1"),
+        (["{file}", "--duration", "-1"], "duration: -1.0, expected a number >= 0"),
+        (["{file}", "--threads", "0"], "--threads: 0, expected an integer >= 1"),
+        (["{file}", "--out", "{file}/out"], "cannot be written"),
+        (["{file}", "--scheduler", "here"], "--scheduler: here, expected such as tcp://"),
+    ],
+    ids=repr,
+)
+def test_run_of_bad_input_is_one_sentence(capsys, experiment, monkeypatch, words, told) -> None:
+    monkeypatch.chdir(Path(experiment).parent)
+    assert call("run", *(word.format(file=experiment) for word in words)) == 2
+    shown = capsys.readouterr()
+    assert told in one_sentence(shown.err)
+    assert shown.out == ""
+
+
+def test_a_wrong_file_gives_all_its_errors(capsys, experiment) -> None:
+    text = EXPERIMENT.replace("paths", "path").replace("seed = 4", "seed = -1")
+    Path(experiment).write_text(text)
+    for command in ("run", "verify"):
+        assert call(command, experiment) == 2
+        lines = capsys.readouterr().err.splitlines()
+        assert lines == [
+            f"ftcfa: {experiment}: path: unknown key; did you mean 'paths'?",
+            f"ftcfa: {experiment}: seed: -1, expected an integer from 0 to 2^64 - 1",
+        ]
+
+
+def test_run_of_another_experiment_leaves_the_store(capsys, experiment, tmp_path) -> None:
+    out = str(tmp_path / "out")
+    assert call("run", experiment, "--out", out, "--paths", "8", "--json") == 0
+    before = Path(out, "summary.json").read_bytes()
+    capsys.readouterr()
+    assert call("run", experiment, "--out", out, "--duration", "0.1") == 2
+    assert "they differ in plan.duration" in one_sentence(capsys.readouterr().err)
+    assert Path(out, "summary.json").read_bytes() == before
+
+
+def test_a_scheduler_that_does_not_answer(experiment, tmp_path) -> None:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"  # nobody listens there
+        done = run("run", experiment, "--out", str(tmp_path / "out"), "--scheduler", address)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"no answer from {address} within 5 s" in one_sentence(done.stderr)
+
+
+def cluster(workers: int) -> distributed.LocalCluster:
+    return distributed.LocalCluster(
+        n_workers=workers, threads_per_worker=1, processes=False, protocol="tcp://",
+        host="127.0.0.1", dashboard_address=None,
+    )  # fmt: skip
+
+
+def test_run_on_a_cluster_gives_the_same(capsys, experiment, tmp_path) -> None:
+    there, here = tmp_path / "there", tmp_path / "here"
+    with cluster(1) as workers:
+        address = workers.scheduler_address
+        assert call("run", experiment, "--out", str(there), "--scheduler", address) == 0
+    assert capsys.readouterr().err == ""
+    assert call("run", experiment, "--out", str(here)) == 0
+    assert (there / "ensemble.nc").read_bytes() == (here / "ensemble.nc").read_bytes()
+
+
+def test_a_scheduler_without_workers(capsys, experiment, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("ftcfa.cli.SECONDS_TO_ANSWER", 1)
+    with cluster(0) as nobody:
+        words = ["--out", str(tmp_path / "out"), "--scheduler", nobody.scheduler_address]
+        assert call("run", experiment, *words) == 2
+    assert "has no workers, expected one or more" in one_sentence(capsys.readouterr().err)
+
+
+def test_a_scheduler_needs_its_package(capsys, experiment, tmp_path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    words = ["--out", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]
+    assert call("run", experiment, *words) == 2
+    assert "pip install 'ftcfa[cluster]'" in one_sentence(capsys.readouterr().err)
+
+
+def test_run_shows_its_progress_on_a_terminal(experiment, tmp_path) -> None:
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [*FTCFA, "run", experiment, "--out", str(tmp_path / "out"), "--json"],
+        stdout=subprocess.PIPE, stderr=theirs, text=True, env={**os.environ, "TERM": "xterm"},
+    )  # fmt: skip
+    os.close(theirs)
+    text, _ = process.communicate(timeout=120)
+    shown = b""
+    with contextlib.suppress(OSError):  # which says that the terminal is closed
+        while part := os.read(ours, 65536):
+            shown += part
+    os.close(ours)
+    assert json.loads(text)["paths"] == 24
+    assert b"24 of 24 paths" in shown
+    assert b"paths/s" in shown
+    assert b"left" in shown
+
+
+@pytest.mark.parametrize(
+    ("done", "seconds", "paths", "told"),
+    [
+        (0, 3.0, 0, "0 of 5,000 paths"),
+        (1000, 2.0, 1000, "1,000 of 5,000 paths, 500 paths/s, 0:00:08 left"),
+        (2000, 2000.0, 1000, "2,000 of 5,000 paths, 0.5 paths/s, 1:40:00 left"),
+        (5000, 1.0, 500, "5,000 of 5,000 paths, 500 paths/s, 0:00:00 left"),
+    ],
+)
+def test_rate_and_time_left(done, seconds, paths, told) -> None:
+    assert _pace(done, 5000, seconds, paths) == told
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "answer"),
+    [
+        ([], 0, "yes"),
+        (["--within", "0.3", "--effort", "20"], 1, "no"),
+        (["--budget", "20"], 3, "undecided"),
+    ],
+)
+def test_verify_answers_by_its_exit_status(capsys, experiment, words, status, answer) -> None:
+    assert call("verify", experiment, *words) == status
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert shown.out.splitlines()[0] == answer
+    assert "each with confidence 0.95" in shown.out
+    assert call("verify", experiment, *words, "--json", "--threads", "1") == status
+    record = json.loads(capsys.readouterr().out)
+    assert record["answer"] == answer
+    assert record["seed"] == 4
+    assert record["share"]["low"] < 1.0
+
+
+def test_verify_shows_how_to_see_the_worst_path(capsys, experiment) -> None:
+    words = ["--torque-rate", "4000", "--share", "0.9", "--json"]
+    assert call("verify", experiment, *words) == 1
+    worst = json.loads(capsys.readouterr().out)["worst"][0]
+    assert worst["reason"] == f"torque rate {worst['excess']:.3g} times its limit"
+    path = eval(worst["replay"], {"ftcfa": ftcfa})
+    rate = float(abs(path.u.diff("time")).max()) / 1e-3
+    assert rate == pytest.approx(4000 * worst["excess"])
+    assert rate > 4000
+
+
+def test_verify_of_options_alone(capsys, experiment) -> None:
+    Path(experiment).write_text(EXPERIMENT)
+    assert call("verify", experiment, "--error", "0.05", "--within", "0.6") == 0
+    capsys.readouterr()
+    assert call("verify", experiment, "--error", "0.05") == 2
+    assert one_sentence(capsys.readouterr().err) == (
+        "ftcfa: specification: missing, expected a table [specification] in the file with error "
+        "and within; or give --error and --within\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--within", "3"], "within: 3 s, expected less than the duration of 0.7 s"),
+        (["--share", "95"], "share: 95.0, expected a number between 0 and 1; give 0.95 for 95"),
+        (["--error", "-1"], "error: -1.0, expected a number > 0"),
+        (["--threads", "0"], "--threads: 0, expected an integer >= 1"),
+    ],
+)
+def test_verify_of_bad_input_is_one_sentence(capsys, experiment, words, told) -> None:
+    assert call("verify", experiment, *words) == 2
+    shown = capsys.readouterr()
+    assert told in one_sentence(shown.err)
     assert shown.out == ""
 
 
