@@ -28,8 +28,10 @@ from .model.pendulum import PaperPendulum
 from .model.split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .model.uncertainty import Uncertainty
 from .study.bounds import Bounds, bounds
+from .study.comparison import compare
 from .study.ensemble import ensemble
 from .study.summary import replay, settled_in_mean_square, settling
+from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
 from .vibration.base_motion import BaseMotion
 from .vibration.excitation import WhiteNoise
@@ -129,7 +131,10 @@ __all__ = [
     "WhiteNoise",
     "__version__",
     "ablated",
+    "ablations",
     "bounds",
+    "compare",
+    "conditions",
     "ensemble",
     "estimate_spectrum",
     "fit_filter",
@@ -142,6 +147,7 @@ __all__ = [
     "realise",
     "realise_specification",
     "replay",
+    "rivals",
     "settled_in_mean_square",
     "settling",
     "simulate",

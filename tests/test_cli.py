@@ -561,6 +561,39 @@ def test_verify_of_bad_input_is_one_sentence(capsys, experiment, words, told) ->
     assert shown.out == ""
 
 
+def test_compare_of_chosen_laws(capsys, tmp_path) -> None:
+    laws = ("--controller", "ftcf", "--controller", "pd-gravity")
+    assert call("compare", *laws, "--paths", "8", "--duration", "0.1", "--out", str(tmp_path)) == 0
+    shown = capsys.readouterr()
+    assert "pd-gravity against ftcf: " in shown.out
+    assert shown.err == ""
+    assert imread(tmp_path / "comparison.png").std() > 0.01
+    record = json.loads((tmp_path / "summary.json").read_text())
+    assert [row["loop"] for row in record["loops"]] == ["ftcf", "pd-gravity"]
+
+
+def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
+    words = ("--against", "ablations", "--paths", "8", "--duration", "0.1", "--json")
+    assert call("compare", experiment, *words) == 0
+    record = json.loads(capsys.readouterr().out)
+    names = [row["loop"] for row in record["loops"]]
+    assert names[0] == "as given"
+    assert "without the network" in names
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--controller", "pid"), "controller 'pid': unknown name, expected one of: ftcf, "),
+        (("--controller", "ftcf"), "compare: 1 loops, expected two or more, by name"),
+        (("--out", "/dev/null/x"), "cannot be written"),
+    ],
+)
+def test_compare_of_bad_input_is_one_sentence(capsys, words, told) -> None:
+    assert call("compare", "--paths", "2", "--duration", "0.01", *words) == 2
+    assert told in one_sentence(capsys.readouterr().err)
+
+
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory) -> tuple[subprocess.CompletedProcess[str], Path, float]:
     """A quick look as its own process, its output folder, and the core's time it took [s]."""
