@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -40,3 +42,14 @@ def test_own_noise_input():
     added = [a - b for a, b in zip(shaken, still, strict=True)]
     assert added == sorted(added, reverse=True)
     assert added[0] > added[-1]
+
+
+@pytest.mark.slow
+def test_compare_laws(tmp_path):
+    text = printed("compare_laws.py", "--quick", "--out", tmp_path)
+    for kind in ("rivals", "ablations", "conditions"):
+        assert f"Double pendulum: {kind}" in text
+        assert f"Panda on a truck's floor: {kind}" in text
+    assert "…" not in text
+    files = sorted(file.name for file in tmp_path.iterdir())
+    assert files == ["rivals-panda.png", "rivals-pendulum.png"]

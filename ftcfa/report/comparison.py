@@ -26,7 +26,7 @@ HEADERS = {
 }
 """Columns of the table; the other metrics are in the record."""
 PERCENT = ("effort", "saturated")
-LINE, HEAD = 0.32, 1.2
+LINE, HEAD = 0.24, 1.2
 """Height of a loop in the figure, and of what is around the panels [in]."""
 SHOWN = ("settling_time", "rms_error", "effort", "torque_rate")
 """Metrics of the figure."""
@@ -66,7 +66,7 @@ def print_comparison(dataset: xr.Dataset, console: Console) -> None:
     """The table: means over the paths that did not diverge, * where they differ from the first."""
     paths = dataset.sizes["path"]
     table = plain_table()
-    table.add_column("loop")
+    table.add_column("loop", overflow="fold")
     for header in (*HEADERS.values(), "settled\n%", "dead"):
         table.add_column(header, justify="right", no_wrap=True)
     for name in dataset["loop"].values:
