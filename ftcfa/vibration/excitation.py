@@ -26,13 +26,11 @@ class Process(ABC):
         rows: Numbers that all paths share, a row a step, shape (R, columns); after the last row
             comes the first.
         random_start: Whether each path begins at a row of its own.
-        integrable: Channels whose integral over time is stationary too, so that `rate` gives it.
     """
 
     initial_normals: int = 0
     rows: Array = np.zeros((1, 0))
     random_start: bool = False
-    integrable: frozenset[int] = frozenset()
 
     @property
     @abstractmethod
@@ -53,18 +51,23 @@ class Process(ABC):
             row: The step's row, shape (columns,).
         """
 
-    def rate(self, state: Any, row: Array) -> Array:
-        """The stationary integral W of xi, of mean zero, at the start of a step, shape (m,).
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """Why a channel has not both `integrals`, and so cannot turn a base; "" if it has."""
+        return "an excitation that gives no integrals"
 
-            W_{k+1} = W_k + Y_k
+    def integrals(self, state: Any, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """The stationary integrals W of xi and U of W at the start of a step, shape (m,) each.
 
-        Entries of channels that are not ``integrable`` have no meaning.
+            W_{k+1} = W_k + Y_k,   U_{k+1} = U_k + integral of W over step k
+
+        Both are of mean zero. They have no meaning in channels with an `obstacle`; a process
+        whose channels all have one need not give them.
 
         Args:
             state: State there.
             row: The step's row.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no integrable channel")
+        return np.zeros(1), np.zeros(1)
 
 
 class Excitation(ABC):
@@ -172,3 +175,7 @@ class WhiteProcess(Process):
     def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
         """See `Process.advance`."""
         return self.sigma @ normals * np.sqrt(self.step), state
+
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`."""
+        return "white noise, whose integral is a random walk"

@@ -1,28 +1,86 @@
 """Noise inputs: how an excitation xi of the surroundings loads the joints, Lambda(q) xi."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.vibration.excitation import Process
 
 AXES = ("x", "y", "z")
 
 
-class NoiseInput(Protocol):
-    """Lambda(q): from m channels of excitation to n joint forces."""
+class Shaking(NamedTuple):
+    """What an excitation does over an integration step, shape (m,) each."""
 
+    integral: Array
+    """Y, integral of xi over the step."""
+    rate: Array
+    """W, stationary integral of xi, at its start; see `Process.integrals`."""
+    angle: Array
+    """U, stationary integral of W, there."""
+
+
+class NoiseInput(ABC):
+    """Lambda(q): from m channels of excitation to n joint forces.
+
+    One of your own needs `matrix` only; what moves besides, as a base that turns, has a state.
+    """
+
+    @abstractmethod
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m)."""
-        ...
+
+    def check(self, process: Process) -> None:  # noqa: B027 (any will do)
+        """Raise ParameterError if an excitation is none for this input."""
+
+    def init(self) -> Any:
+        """The input's state before the first step: arrays in tuples."""
+        return ()
+
+    def impulse(
+        self,
+        arm: Dynamics,
+        q: Array,
+        v: Array,  # noqa: ARG002
+        state: Any,
+        shaking: Shaking,
+        step: float,  # noqa: ARG002
+    ) -> tuple[Array, Any]:
+        """Joint impulse over one step, Lambda(q) Y, and the input's state at its end.
+
+        Args:
+            arm: The true robot.
+            q: Position at the start of the step (Ito), shape (n,) [rad or m].
+            v: Velocity there, shape (n,) [rad/s or m/s].
+            state: The input's state there.
+            shaking: What the excitation does.
+            step: h [s].
+        """
+        return self.matrix(arm, q) @ shaking.integral, state
+
+
+def noise_input(given: Any) -> NoiseInput:
+    """A noise input itself, or an object with a ``matrix`` like one's.
+
+    Raises:
+        ParameterError: If it is neither.
+    """
+    if isinstance(given, NoiseInput):
+        return given
+    if not hasattr(given, "matrix"):
+        expected = "a noise input, or a function (arm, q) -> Lambda(q)"
+        raise ParameterError("Vibration input", repr(given), expected)
+    return InputFunction(given.matrix)
 
 
 @dataclass(frozen=True, eq=False)
-class InputFunction:
+class InputFunction(NoiseInput):
     """A function of a user's own as Lambda(q).
 
     Attributes:
@@ -37,7 +95,7 @@ class InputFunction:
 
 
 @dataclass(frozen=True, eq=False)
-class BaseAcceleration:
+class BaseAcceleration(NoiseInput):
     """The base is shaken without turning; xi is its acceleration [m/s^2].
 
         Lambda(q) = -M_qb(q)[linear] = -sum_i m_i J_i(q)^T
@@ -60,7 +118,7 @@ class BaseAcceleration:
 
 
 @dataclass(frozen=True, eq=False)
-class JointTorque:
+class JointTorque(NoiseInput):
     """Noise of the motors: xi acts on the joints themselves [N m or N].
 
         Lambda(q) = columns of the identity
@@ -87,7 +145,7 @@ class JointTorque:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameWrench:
+class FrameWrench(NoiseInput):
     """Force [N] and moment [N m] on a link: wind on the forearm, a tool that chatters.
 
         Lambda(q) = J(q)^T,   J: the frame's Jacobian in world axes, shape (6, n)
@@ -117,7 +175,7 @@ class FrameWrench:
 
 
 @dataclass(frozen=True, eq=False)
-class PaperPendulumInput:
+class PaperPendulumInput(NoiseInput):
     """Lambda(q) of the paper's double pendulum as Section V prints it, in absolute angles.
 
         Lambda = [[-m1 l1 c1 + m2 l1 s1 sin(2D)/2,  -m1 l1 s1 - m2 l1 c1 sin(2D)/2],

@@ -1,7 +1,7 @@
 """What a specification becomes: noise made of it, and the spectrum that this noise has."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
@@ -23,7 +23,7 @@ LINES, MOST_LINES, LINES_BELOW = 200, 1000, 4
 """Frequencies of the estimate in the band, at least and at most, and below it, where the most
 allow."""
 STEPS_PER_PERIOD = 10
-"""Integration steps in the shortest period of a band, two more than needed."""
+"""Integration steps in the shortest period of a band, at least: two more than needed."""
 LENGTHS = 64
 """Duration of a realisation of shaped noise, in segments."""
 PERIODS = 3
@@ -141,22 +141,27 @@ def realise_specification(standard: Standard, seed: int = 0) -> RealisedSpecific
         seed: Of the realisations.
     """
     spectrum = standard.spectrum
-    step = 1.0 / (STEPS_PER_PERIOD * spectrum.band[1])
     lines = _lines(spectrum)
     resolution = (spectrum.band[1] - spectrum.band[0]) / lines
+    quarters = np.ceil(STEPS_PER_PERIOD * spectrum.band[1] / resolution * (1.0 - OVERLAP))
+    step = (1.0 - OVERLAP) / (resolution * float(quarters))  # segments begin at whole steps
     noise, tones = ShapedNoise(standard), RandomPhase(standard, lines)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         (fit,) = noise.fits
-    shaped, repeated = (
-        estimate_spectrum(
-            realise(excitation, 1, count / resolution, step, seed=seed), step, resolution
-        )
-        for excitation, count in ((noise, LENGTHS), (tones, PERIODS))
-    )
+    duration = LENGTHS / resolution
+    shaped = estimate_spectrum(realise(noise, 1, duration, step, seed=seed), step, resolution)
+    values = realise(tones, 1, PERIODS / resolution, step, seed=seed)
     return RealisedSpecification(
-        standard, fit, step, LENGTHS / resolution, seed, shaped, lines, repeated
+        standard, fit, step, duration, seed, shaped, lines, _of_lines(values, step, resolution)
     )
+
+
+def _of_lines(values: Array, step: float, resolution: float) -> SpectrumEstimate:
+    """Estimate of whole periods of lines, from as many segments of every phase of a period."""
+    last = round((1.0 - OVERLAP) / (resolution * step))
+    estimate = estimate_spectrum(values[:-last], step, resolution)
+    return replace(estimate, rms=np.sqrt(np.mean(values**2, axis=0)))
 
 
 def _lines(spectrum: Spectrum) -> int:

@@ -2,12 +2,13 @@
 
 A CSV file has a column of times and a column an axis; ``.npy`` holds the same as a matrix, and
 ``.npz`` the arrays ``time`` and ``acceleration`` and perhaps ``unit``. With ``step`` given there is
-no column of times. The unit of the acceleration is stated by argument or in the header, such as
-``time [s], x [g], y [g]``; it is never guessed.
+no column of times. Each axis has a unit, stated by argument or in the header, such as
+``time [s], x [g], roll [rad/s^2]``; it is never guessed.
 """
 
 import csv
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -15,14 +16,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, positive
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.vibration.record import Record
 from ftcfa.vibration.spectrum import STANDARD_GRAVITY
 
-Unit = Literal["m/s^2", "g"]
+Unit = Literal["m/s^2", "g", "rad/s^2", "deg/s^2"]
 
-UNITS = {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0, "m/s**2": 1.0, "g": STANDARD_GRAVITY}
-"""How a unit may be written, and its size [m/s^2]."""
+SIZES = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "rad/s^2": 1.0, "deg/s^2": np.pi / 180.0}
+"""Units of accelerations in m/s^2, of angular ones in rad/s^2."""
+SQUARES = ("s2", "s²", "s**2")
+"""How else s^2 may be written."""
 JITTER = 0.02
 """Largest deviation of a time step from the mean that counts as rounding, relative to it."""
 GAP = 1.5
@@ -31,41 +34,42 @@ GAP = 1.5
 
 def read_record(
     file: str | Path,
-    unit: Unit | None = None,
+    unit: Unit | Sequence[Unit] | None = None,
     step: float | None = None,
     columns: tuple[str, ...] | None = None,
     jitter: float = JITTER,
 ) -> Record:
-    """Read and check a recorded acceleration.
+    """Read and check recorded accelerations.
 
     Args:
         file: ``.csv``, ``.txt``, ``.npy`` or ``.npz``.
-        unit: Of the acceleration; None reads it from the header.
+        unit: Of all axes, or one an axis; None reads them from the header.
         step: Sampling step where the file has no column of times [s].
         columns: Names of the header to read as axes, in this order; None reads all.
         jitter: Allowed deviation of a time step from the mean, relative to it.
 
     Returns:
-        In m/s^2, neither detrended nor resampled.
+        In m/s^2 and rad/s^2, as recorded.
 
     Raises:
         ParameterError: Naming file and row of a gap, an uneven step, a time that does not rise, a
-            value that is no finite number; or if the file is empty or states no unit.
-        UnknownNameError: If the header has not all ``columns``.
+            value that is no finite number; or if the file is empty or states no unit of an axis.
+        ShapeError: If there is not a unit an axis.
+        UnknownNameError: If the header has not all ``columns``, or a unit is none.
     """
     path = Path(file)
     table = _read(path, step is not None)
-    names = list(table.names)
+    headers = list(table.names)
     if step is None:
         if table.values.shape[1] < 2:
             raise ParameterError(
                 str(path), "one column", "times and one axis or more", "give step if there are none"
             )
-        _check_unit_of_time(path, names[0])
+        _check_unit_of_time(path, headers[0])
         step = _step(path, table.values[:, 0], table.rows, jitter)
-        axes, values = names[1:], table.values[:, 1:]
+        axes, values = headers[1:], table.values[:, 1:]
     else:
-        axes, values = names, table.values
+        axes, values = headers, table.values
     if columns is not None:
         bare = [_split_unit(name)[0] for name in axes]
         for column in columns:
@@ -73,8 +77,15 @@ def read_record(
                 raise UnknownNameError(f"{path}: column", column, tuple(bare))
         chosen = [bare.index(column) for column in columns]
         axes, values = [axes[k] for k in chosen], values[:, chosen]
-    size = UNITS[_unit(path, unit, [table.unit, *(_split_unit(name)[1] for name in axes)])]
-    return Record(step, values * size, tuple(_split_unit(n)[0] for n in axes), (path.name,))
+    names = tuple(_split_unit(header)[0] for header in axes)
+    units = [_split_unit(header)[1] or table.unit for header in axes]
+    if unit is not None:
+        units = [unit] * len(axes) if isinstance(unit, str) else list(unit)
+    if len(units) != len(axes):
+        raise ShapeError(f"{path}: unit", f"{len(units)} units", f"one, or {len(axes)}")
+    pairs = zip(names, units, strict=True)
+    sizes = [_size(path, name, own) for name, own in pairs]
+    return Record(step, values * sizes, names, (path.name,))
 
 
 class _Table(NamedTuple):
@@ -202,22 +213,20 @@ def _check_unit_of_time(path: Path, name: str) -> None:
         raise ParameterError(f"{path}: column of times '{name}'", unit, "s", "give it in seconds")
 
 
-def _unit(path: Path, stated: str | None, found: list[str]) -> str:
-    """The unit of all axes; the argument goes before the header."""
-    if stated is None:
-        units = {unit for unit in found if unit}
-        if len({UNITS.get(unit) for unit in units}) > 1:
-            raise ParameterError(f"{path}: unit", " and ".join(sorted(units)), "one for all axes")
-        stated = next(iter(units), "")
-        if not stated:
-            raise ParameterError(
-                f"{path}: unit",
-                "not stated",
-                'unit="g" or unit="m/s^2", or a header such as "x [g]"',
-            )
-    if stated not in UNITS:
-        raise UnknownNameError(f"{path}: unit of acceleration", stated, tuple(UNITS))
-    return stated
+def _size(path: Path, axis: str, unit: str) -> float:
+    """A unit in m/s^2 or rad/s^2."""
+    if not unit:
+        raise ParameterError(
+            f"{path}: unit of {axis}",
+            "not stated",
+            'unit="g" or unit="m/s^2", or a header such as "x [g]"',
+        )
+    usual = unit
+    for square in SQUARES:
+        usual = usual.replace(square, "s^2")
+    if usual not in SIZES:
+        raise UnknownNameError(f"{path}: unit of {axis}", unit, tuple(SIZES))
+    return SIZES[usual]
 
 
 def _step(path: Path, time: Array, rows: npt.NDArray[np.intp], jitter: float) -> float:

@@ -15,7 +15,7 @@ from ftcfa.vibration.fitting import FilterFit, fit_filter
 from ftcfa.vibration.road import Road
 from ftcfa.vibration.shaping import LinearFilter, SampledFilter
 from ftcfa.vibration.specification import Specification, several, spectrum_of
-from ftcfa.vibration.spectrum import Spectrum, check_step
+from ftcfa.vibration.spectrum import SAMPLES_PER_PERIOD, Spectrum, check_step
 
 Axis = Specification | LinearFilter | Road
 """What gives noise its colour: a specification to fit, a filter, or a road under a vehicle."""
@@ -65,19 +65,25 @@ class ShapedNoise(Excitation):
         """How the filters of specifications were fitted: print them to see how well.
 
         Warns:
-            UserWarning: If one is not within the tolerance, not even that of steep edges.
+            UserWarning: If one is not within the tolerance, or only where an edge may be off.
         """
         fits = tuple(_fitted(source) for source in self._sources if isinstance(source, Spectrum))
         for fit in fits:
-            if not (fit.within_tolerance or fit.within_edge_tolerance):
+            if not fit.within_tolerance:
                 warnings.warn(str(fit), stacklevel=2)
         return fits
 
     def process(self, channels: int, step: float) -> "FilteredProcess":
-        """See `Excitation.process`; the step must resolve the band of every fitted spectrum."""
+        """See `Excitation.process`; the step must resolve the band of every fitted spectrum.
+
+        Warns:
+            UserWarning: If it is too long for a filter or a road; see `is_resolved`.
+        """
         for source in self._sources:
             if isinstance(source, Spectrum):
                 check_step(source, step)
+            else:
+                _check_filter(source, step)
         outputs = sum(shaping.outputs for shaping in self.filters)
         if outputs != channels:
             raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels", EACH)
@@ -87,17 +93,16 @@ class ShapedNoise(Excitation):
 class FilteredProcess(Process):
     """Shaping filters over steps of one length, exact in law at the steps' ends.
 
-    Y = C x + D n,   x+ = A x + B n,   x_0 = root n,   W = E x
+    Y = C x + D n,   x+ = A x + B n,   x_0 = root n,   W = E x,   U = F x
     """
 
     def __init__(self, filters: tuple[SampledFilter, ...]) -> None:
-        self.A, self.B, self.C, self.D, self.E, self.root = (
+        self.A, self.B, self.C, self.D, self.E, self.F, self.root = (
             block_diag(*(getattr(sampled, name) for sampled in filters))
-            for name in ("A", "B", "C", "D", "E", "root")
+            for name in ("A", "B", "C", "D", "E", "F", "root")
         )
         self.initial_normals = self.root.shape[1]
-        integrable = np.concatenate([sampled.integrable for sampled in filters])
-        self.integrable = frozenset(np.flatnonzero(integrable).tolist())
+        self.integrable = np.concatenate([sampled.integrable for sampled in filters])
 
     @property
     def normals(self) -> int:
@@ -112,9 +117,35 @@ class FilteredProcess(Process):
         """See `Process.advance`."""
         return self.C @ state + self.D @ normals, self.A @ state + self.B @ normals
 
-    def rate(self, state: Array, row: Array) -> Array:  # noqa: ARG002
-        """See `Process.rate`."""
-        return self.E @ state
+    def obstacle(self, channel: int) -> str:
+        """See `Process.obstacle`."""
+        return "" if self.integrable[channel] else "noise whose density does not vanish like f^4"
+
+    def integrals(self, state: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.integrals`."""
+        return self.E @ state, self.F @ state
+
+
+def is_resolved(shaping: LinearFilter, step: float) -> bool:
+    """Whether steps hold what a filter gives: their means keep 95 % of each output's variance.
+
+    So much, sinc(1/8)^2, they keep of a tone that has eight steps a period.
+    """
+    held = np.diag(shaping.discretise(step).covariance(0)) / step**2
+    return bool(np.all(held >= np.sinc(1.0 / SAMPLES_PER_PERIOD) ** 2 * shaping.rms() ** 2))
+
+
+def _check_filter(shaping: LinearFilter, step: float) -> None:
+    """Warn of a step too long for a filter, naming substeps, a power of two, that are not."""
+    substeps = 1
+    while not is_resolved(shaping, step / substeps):
+        substeps *= 2
+    if substeps > 1:
+        warnings.warn(
+            f"integration step: {1e3 * step:.4g} ms, within which a filter's output changes; take "
+            f"substeps={substeps} of the period {1e3 * step:.4g} ms, or a shorter period",
+            stacklevel=3,
+        )
 
 
 def _source(axis: Axis) -> Spectrum | LinearFilter:

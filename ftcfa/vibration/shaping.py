@@ -25,6 +25,7 @@ class SampledFilter:
         x_{k+1} = A x_k + B n_k,        n_k: independent standard normals
         x_0     = root n
         W_k     = E x_k,                W_{k+1} = W_k + Y_k
+        U_k     = F x_k,                U' = W
 
     Attributes:
         step: h [s].
@@ -34,7 +35,8 @@ class SampledFilter:
         D: Shape (p, r).
         root: A root of the stationary covariance of x, shape (n, n): x_0 = root n is stationary.
         E: What gives the stationary integral of y, shape (p, n); see `LinearFilter.integral`.
-        integrable: Which outputs have one, shape (p,).
+        F: What gives the stationary integral of that, shape (p, n).
+        integrable: Which outputs have both, shape (p,).
     """
 
     step: float
@@ -44,6 +46,7 @@ class SampledFilter:
     D: Array
     root: Array
     E: Array
+    F: Array
     integrable: npt.NDArray[np.bool_]
 
     @property
@@ -208,11 +211,12 @@ class LinearFilter:
         Phi = Phi * z[:, None] / z
         D, B = root[:p], root[p:]
         E, integrable = self.integral()
+        second, twice = LinearFilter(self.A, self.B, E).integral()
         short = np.where(integrable[:, None], D - E @ B, 0.0)  # (p, r)
         B = B + x[:, None] * (np.linalg.pinv(E * x) @ short)
-        return SampledFilter(
-            step, Phi[p:, p:], B, Phi[:p, p:], D, self.stationary_root(), E, integrable
-        )
+        x0 = self.stationary_root()
+        both = integrable & twice
+        return SampledFilter(step, Phi[p:, p:], B, Phi[:p, p:], D, x0, E, second, both)
 
     @cached_property
     def _balanced(self) -> tuple[Array, Array, Array, Array]:

@@ -126,13 +126,16 @@ class JointProcess(Process):
         ]
         return [Y for Y, _ in steps], tuple(after for _, after in steps)
 
+    def integrals_of_parts(
+        self, state: tuple[Any, ...], row: Array
+    ) -> tuple[list[Array], list[Array]]:
+        """The stationary integrals W and U of all parts."""
+        both = [part.integrals(own, row) for part, own in zip(self.parts, state, strict=True)]
+        return [W for W, _ in both], [U for _, U in both]
+
 
 class SummedProcess(JointProcess):
     """The sum of processes of the same channels."""
-
-    def __init__(self, parts: Sequence[Process]) -> None:
-        super().__init__(parts)
-        self.integrable = frozenset.intersection(*(part.integrable for part in parts))
 
     def advance(
         self, state: tuple[Any, ...], normals: Array, row: Array
@@ -141,10 +144,14 @@ class SummedProcess(JointProcess):
         integrals, after = self.advance_parts(state, normals, row)
         return sum(integrals[1:], integrals[0]), after
 
-    def rate(self, state: tuple[Any, ...], row: Array) -> Array:
-        """See `Process.rate`."""
-        first, *others = (part.rate(own, row) for part, own in zip(self.parts, state, strict=True))
-        return sum(others, first)
+    def obstacle(self, channel: int) -> str:
+        """See `Process.obstacle`."""
+        return next(filter(None, (part.obstacle(channel) for part in self.parts)), "")
+
+    def integrals(self, state: tuple[Any, ...], row: Array) -> tuple[Array, Array]:
+        """See `Process.integrals`."""
+        rates, angles = self.integrals_of_parts(state, row)
+        return sum(rates[1:], rates[0]), sum(angles[1:], angles[0])
 
 
 class StackedProcess(JointProcess):
@@ -158,10 +165,7 @@ class StackedProcess(JointProcess):
     def __init__(self, parts: Sequence[Process], channels: Sequence[int]) -> None:
         super().__init__(parts)
         self.channels = tuple(channels)
-        starts = accumulate(channels, initial=0)
-        self.integrable = frozenset(
-            start + k for start, part in zip(starts, parts, strict=False) for k in part.integrable
-        )
+        self.owners = [(part, k) for part, m in zip(parts, channels, strict=True) for k in range(m)]
 
     def advance(
         self, state: tuple[Any, ...], normals: Array, row: Array
@@ -170,12 +174,18 @@ class StackedProcess(JointProcess):
         integrals, after = self.advance_parts(state, normals, row)
         return np.concatenate(integrals), after
 
-    def rate(self, state: tuple[Any, ...], row: Array) -> Array:
-        """See `Process.rate`."""
-        together = zip(self.parts, state, self.channels, strict=True)
-        return np.concatenate(
-            [part.rate(own, row) if part.integrable else np.zeros(m) for part, own, m in together]
-        )
+    def obstacle(self, channel: int) -> str:
+        """See `Process.obstacle`."""
+        part, own = self.owners[channel]
+        return part.obstacle(own)
+
+    def integrals(self, state: tuple[Any, ...], row: Array) -> tuple[Array, Array]:
+        """See `Process.integrals`."""
+        zeros = [np.zeros(m) for m in self.channels]  # the size of a part without integrals
+        rates, angles = self.integrals_of_parts(state, row)
+        W = [zero + own for zero, own in zip(zeros, rates, strict=True)]
+        U = [zero + own for zero, own in zip(zeros, angles, strict=True)]
+        return np.concatenate(W), np.concatenate(U)
 
 
 def checked_parts(subject: str, parts: Any) -> tuple[Excitation, ...]:

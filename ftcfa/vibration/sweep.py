@@ -13,7 +13,6 @@ from ftcfa.vibration.tones import check_frequency, check_numbers, not_negative
 
 Kind = Literal["logarithmic", "linear"]
 KINDS = ("logarithmic", "linear")
-State = tuple[Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +23,8 @@ class SineSweep(Excitation):
         f = start (stop/start)^(x/T)  or  start + (stop - start) x/T
 
     with x the time since the last sweep began, and counted back on the way back; the phase is
-    continuous. All channels are in phase, and all paths are the same.
+    continuous. All channels are in phase, and all paths are the same. `SweepProcess` says what of
+    this holds to first order in the change of frequency over a period only.
 
     Attributes:
         amplitude: A number, or one a channel, not negative [m/s^2].
@@ -77,39 +77,40 @@ class SineSweep(Excitation):
 
 
 class SweepProcess(Process):
-    """A sweep over steps of one length; the state is the number of the step, and W.
+    """A sweep over steps of one length; the state is the number of steps made.
 
-        Y = a h sinc(f h) sin theta,   f and theta at the middle of the step
+        W = -a cos(theta)/theta',   U = -a sin(theta)/theta'^2,   Y = W(t + h) - W(t)
 
-    The phase is a closed form of the time, exact to rounding (1e-16 of the turns made). Over a
-    step the frequency counts as constant: Y is off by at most a h (theta'' h^2)/24.
-
-    W begins at -a/theta', where a sine's integral of mean zero does, and sums up Y. A change of
-    direction shifts its mean by up to 2 a theta''/theta'^3, small for a sweep that takes many
-    periods; the shifts come with other phases each time and need not add up.
+    The phase is a closed form of the time, exact to rounding (1e-16 of the turns made), so nothing
+    drifts. W is the integral of a (sin(theta) + d cos(theta)), d = theta''/theta'^2: the amplitude
+    is off by d^2/2, where the frequency changes by 2 pi d of itself in a period. U is the integral
+    of W up to 2 d in the same way.
     """
 
     normals = 0
 
     def __init__(self, amplitude: Array, sweep: SineSweep, step: float) -> None:
         self.amplitude, self.sweep, self.step = amplitude, sweep, step
-        self.integrable = frozenset(range(len(amplitude)))
 
-    def init(self, normals: Array) -> State:  # noqa: ARG002
+    def init(self, normals: Array) -> Array:  # noqa: ARG002
         """Before the first step: none made."""
-        return np.zeros(()), -self.amplitude / (2.0 * np.pi * self.sweep.start)
+        return np.zeros(())
 
-    def advance(self, state: State, normals: Array, row: Array) -> tuple[Array, State]:  # noqa: ARG002
+    def advance(self, state: Array, normals: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
         """See `Process.advance`."""
-        steps, W = state
-        f, turns = self._at((steps + 0.5) * self.step)
-        held = np.sin(np.pi * f * self.step) / (np.pi * f)
-        Y = self.amplitude * (held * np.sin(2.0 * np.pi * turns))
-        return Y, (steps + 1.0, W + Y)
+        now, _ = self.integrals(state, row)
+        then, _ = self.integrals(state + 1.0, row)
+        return then - now, state + 1.0
 
-    def rate(self, state: State, row: Array) -> Array:  # noqa: ARG002
-        """See `Process.rate`."""
-        return state[1]
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`: none."""
+        return ""
+
+    def integrals(self, state: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.integrals`."""
+        f, turns = self._at(state * self.step)
+        w, theta = 2.0 * np.pi * f, 2.0 * np.pi * turns
+        return -self.amplitude * (np.cos(theta) / w), -self.amplitude * (np.sin(theta) / w**2)
 
     def _at(self, t: Array) -> tuple[Array, Array]:
         """Frequency [Hz] and phase [turns, whole ones taken off] at a time [s]."""

@@ -65,8 +65,9 @@ class RandomPhase(Excitation):
         axes: A specification for each channel: the name of a table of `standards()`, a
             `Standard`, or a `Spectrum`. One alone needs no brackets.
         lines: Lines a channel, one more or less. The period is lines/(width of the band), so a
-            run without repetition takes lines > width times duration; the cost of a step grows
-            with them.
+            run without repetition takes lines > width times duration. Compilation and the cost of
+            a step grow with them: 200 on each of three axes take ten seconds to compile, once a
+            process, and 0.8 us a step and path, seven times as much as 20.
 
     Raises:
         UnknownNameError: If there is no table of a name; it lists the known ones.
@@ -115,10 +116,13 @@ class TonesProcess(Process):
 
         xi(t) = sum_k A_k cos theta_k,   W(t) = sum_k A_k/w_k sin theta_k,   theta_k' = w_k
         Y     = sum_k A_k/w_k (sin(w_k h) cos theta_k - (1 - cos(w_k h)) sin theta_k)
+        U(t)  = -sum_k A_k/w_k^2 cos theta_k
 
-    each sum over the lines of a channel. The state is (cos theta, sin theta) at the start of a
-    step, shape (lines,) each, turned by w h a step: rounding moves phase and size of a line by
-    some 1e-16 a step, 1e-9 in ten million.
+    each sum over the lines of a channel. The state is each line's W and Y, shape (lines,) each:
+
+        W+ = W + Y,   Y+ = Y - (2 sin(w h/2))^2 W+,   U = -(Y + (1 - cos(w h)) W)/(w sin(w h))
+
+    Rounding moves phase and size of a line by some 1e-16 a step, 1e-9 in ten million.
 
     Args:
         amplitudes: A_k of all channels, one channel after the other, shape (lines,) [m/s^2].
@@ -140,24 +144,27 @@ class TonesProcess(Process):
         phases: Array | None = None,
     ) -> None:
         w = 2.0 * np.pi * frequencies
-        self.turn = np.cos(w * step), np.sin(w * step)
-        self.rates = amplitudes / w
-        self.forward = self.rates * self.turn[1]
-        self.sideways = self.rates * 2.0 * np.sin(0.5 * w * step) ** 2  # 1 - cos, all digits
+        self.w, self.sizes = w, amplitudes / w
+        self.sine = np.sin(w * step)
+        self.versine = 2.0 * np.sin(0.5 * w * step) ** 2  # 1 - cos, all digits
         self.ends = np.cumsum(lines)
         self.phases = phases
         self.initial_normals = 2 * -(-len(w) // 2) if phases is None else 0
-        self.integrable = frozenset(range(len(lines)))
 
     def init(self, normals: Array) -> State:
-        """Phases at time zero, two from two normals: Box and Muller's formula backwards.
+        """See `Process.init`."""
+        c, s = self._directions(normals)
+        return self.sizes * s, self.sizes * (self.sine * c - self.versine * s)
+
+    def _directions(self, normals: Array) -> State:
+        """Cosines and sines at time zero, two from two normals: Box and Muller's formula backwards.
 
         The direction of (n1, n2) is uniform, and so is exp(-(n1^2 + n2^2)/2), on (0, 1], and
         independent of it.
         """
         if self.phases is not None:
             return np.cos(self.phases), np.sin(self.phases)
-        pairs, lines = len(normals) // 2, len(self.rates)
+        pairs, lines = len(normals) // 2, len(self.sizes)
         first, second = normals[:pairs], normals[pairs:]
         square = first**2 + second**2
         some = square > 0
@@ -169,13 +176,18 @@ class TonesProcess(Process):
 
     def advance(self, state: State, normals: Array, row: Array) -> tuple[Array, State]:  # noqa: ARG002
         """See `Process.advance`."""
-        (c, s), (cosine, sine) = state, self.turn
-        turned = cosine * c - sine * s, sine * c + cosine * s
-        return self._sums(self.forward * c - self.sideways * s), turned
+        W, Y = state
+        after = W + Y
+        return self._sums(Y), (after, Y - 2.0 * self.versine * after)
 
-    def rate(self, state: State, row: Array) -> Array:  # noqa: ARG002
-        """See `Process.rate`."""
-        return self._sums(self.rates * state[1])
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`: none."""
+        return ""
+
+    def integrals(self, state: State, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.integrals`."""
+        W, Y = state
+        return self._sums(W), self._sums((Y + self.versine * W) / (-self.w * self.sine))
 
     def _sums(self, terms: Array) -> Array:
         """Sum over the lines of each channel, shape (m,)."""

@@ -3,16 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.vibration.base_motion import BaseMotion
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.noise_input import InputFunction, NoiseInput
+from ftcfa.vibration.noise_input import InputFunction, NoiseInput, Shaking, noise_input
 
 
 class VibrationState(NamedTuple):
@@ -21,7 +20,7 @@ class VibrationState(NamedTuple):
     process: Any
     """Of the excitation."""
     input: Any = ()
-    """Of the noise input: the orientation of a base that turns."""
+    """Of the noise input."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,8 @@ class Vibration:
     """A noise input Lambda(q) and an excitation xi of its channels.
 
     Attributes:
-        input: How the excitation loads the joints; a function (arm, q) -> Lambda(q) will do.
+        input: How the excitation loads the joints; a function (arm, q) -> Lambda(q), or an
+            object with such a ``matrix``, will do.
         excitation: What shakes.
         level: Factor on the excitation's amplitude; may differ from path to path.
 
@@ -44,9 +44,7 @@ class Vibration:
     def __post_init__(self) -> None:
         if callable(self.input) and not hasattr(self.input, "matrix"):
             object.__setattr__(self, "input", InputFunction(self.input))
-        if not hasattr(self.input, "matrix"):
-            expected = "a noise input, or a function (arm, q) -> Lambda(q)"
-            raise ParameterError("Vibration input", repr(self.input), expected)
+        _ = self._input  # checks it
         if not hasattr(self.excitation, "process"):
             raise ParameterError("Vibration excitation", repr(self.excitation), "an excitation")
         if not (isinstance(self.level, Real) and 0 <= self.level < np.inf):
@@ -54,7 +52,7 @@ class Vibration:
 
     @property
     def _input(self) -> NoiseInput:
-        return cast(NoiseInput, self.input)
+        return noise_input(self.input)
 
     def process(self, arm: Dynamics, step: float) -> Process:
         """The excitation over integration steps of one length [s].
@@ -69,14 +67,12 @@ class Vibration:
             name = getattr(own, "__name__", type(own).__name__)
             raise ShapeError(f"matrix of {name}", f"shape {shape}", f"({arm.n}, channels)")
         process = self.excitation.process(shape[1], step)
-        if isinstance(self.input, BaseMotion):
-            self.input.check(process)
+        self._input.check(process)
         return process
 
     def init(self, process: Process, normals: Array) -> VibrationState:
         """State before the first step, from ``process.initial_normals`` deviates."""
-        orientation = self.input.init() if isinstance(self.input, BaseMotion) else ()
-        return VibrationState(process.init(normals), orientation)
+        return VibrationState(process.init(normals), self._input.init())
 
     def impulse(
         self,
@@ -89,7 +85,7 @@ class Vibration:
         row: Array,
         step: float,
     ) -> tuple[Array, VibrationState]:
-        """Joint impulse over one step, Lambda(q) times the integral of xi, and the new state.
+        """Joint impulse over one step, and the state at its end.
 
         Args:
             process: Of `process`.
@@ -105,9 +101,7 @@ class Vibration:
             The impulse, shape (n,) [N m s or N s], and the state at the end of the step.
         """
         integral, after = process.advance(state.process, normals, row)
-        integral = self.level * integral
-        if not isinstance(self.input, BaseMotion):
-            return self._input.matrix(arm, q) @ integral, VibrationState(after)
-        rate = self.level * process.rate(state.process, row)
-        impulse, orientation = self.input.impulse(arm, q, v, state.input, integral, rate, step)
-        return impulse, VibrationState(after, orientation)
+        all_three = (integral, *process.integrals(state.process, row))
+        shaking = Shaking(*(self.level * one for one in all_three))
+        impulse, moved = self._input.impulse(arm, q, v, state.input, shaking, step)
+        return impulse, VibrationState(after, moved)

@@ -63,15 +63,15 @@ def check_engines(loop, duration=0.2, names=("q", "v", "u")):
 
 
 def run_process(process, steps, normals=None, initial=None, first=0):
-    """Integrals and rates of a process by its own functions, shapes (steps, m) and one more."""
+    """Y, W and U of a process by its own functions, shapes (steps, m) and twice one more."""
     state = process.init(np.zeros(process.initial_normals) if initial is None else initial)
     normals = np.zeros((steps, process.normals)) if normals is None else normals
-    integrals, rates = [], []
-    for k in range(steps):
+    Y, both = [], []
+    for k in range(steps + 1):
         row = process.rows[(first + k) % len(process.rows)]
-        rates.append(process.rate(state, row) if process.integrable else np.zeros(0))
-        Y, state = process.advance(state, normals[k], row)
-        integrals.append(Y)
-    row = process.rows[(first + steps) % len(process.rows)]
-    rates.append(process.rate(state, row) if process.integrable else np.zeros(0))
-    return np.array(integrals), np.array(rates)
+        both.append(process.integrals(state, row))
+        if k < steps:
+            integral, state = process.advance(state, normals[k], row)
+            Y.append(integral)
+    W, U = (np.array(values) for values in zip(*both, strict=True))
+    return np.array(Y), W, U

@@ -8,6 +8,7 @@ from ftcfa import (
     FTCF,
     BaseAcceleration,
     ClosedLoop,
+    Constant,
     LinearFilter,
     ParameterError,
     Record,
@@ -39,6 +40,7 @@ def on_a_truck(**changes):
 
 def recorded(samples=200, axes=1):
     values = np.random.default_rng(0).standard_normal((samples, axes))
+    values = signal.sosfilt(signal.butter(4, 50.0, fs=1e3, output="sos"), values, axis=0)
     return RecordedAcceleration(Record(1e-3, values))
 
 
@@ -163,3 +165,35 @@ def test_the_stationary_variance_is_lyapunovs():
     q = simulate_paths(loop, paths, 1.5, record_every=7500).q.values[:, -1, 0]
     low, high = stats.chi2.interval(CONFIDENCE, paths) / np.float64(paths)
     assert low < np.mean(q**2) / joint[3, 3] < high
+
+
+def test_the_variance_of_an_arm_on_a_shaken_base_is_lyapunovs(tmp_path):
+    """A damped rod of a URDF, hanging: exact covariance for small angles against the ensemble's."""
+    mass, centre, inertia, damping, level = 2.0, 0.5, 0.02, 0.6, 0.2
+    file = tmp_path / "rod.urdf"
+    file.write_text(
+        f'''<robot name="rod"><link name="base"/><link name="rod"><inertial>
+        <origin xyz="0 0 {-centre}"/><mass value="{mass}"/><inertia ixx="{inertia}" ixy="0" ixz="0"
+        iyy="{inertia}" iyz="0" izz="0.001"/></inertial></link><joint name="j" type="revolute">
+        <parent link="base"/><child link="rod"/><axis xyz="0 1 0"/><dynamics damping="{damping}"/>
+        <limit lower="-3" upper="3" effort="50" velocity="9"/></joint></robot>'''
+    )
+    arm, noise = load_arm(file, gravity=9.81), ShapedNoise("astm_d4169_truck_low")
+    (shaping,) = noise.filters
+    N, J = shaping.order, inertia + mass * centre**2
+    A = np.zeros((N + 2, N + 2))
+    A[:N, :N], A[N, N + 1] = shaping.A, 1.0
+    A[N + 1, :N] = level * mass * centre / J * shaping.C[0]  # either sign: the variance is one
+    A[N + 1, N:] = -mass * 9.81 * centre / J, -damping / J
+    B = np.vstack([shaping.B, np.zeros((2, 1))])
+    exact = np.diag(LinearFilter(A, B, np.eye(N + 2)).covariance())[N:]
+    assert np.sqrt(exact[0]) < 0.02  # rad: sin q is q to 1e-4
+    loop = ClosedLoop(
+        arm, Rest(), Constant([0.0]), Vibration(BaseAcceleration("x"), noise, level),
+        period=5e-4, integrator="semi-implicit",
+    )  # fmt: skip
+    paths = 4000
+    last = simulate_paths(loop, paths, 12.0, record_every=24_000).isel(time=-1)
+    low, high = stats.chi2.interval(CONFIDENCE, paths) / np.float64(paths)
+    for name, variance in zip("qv", exact, strict=True):
+        assert low < np.mean(last[name].values ** 2) / variance < high

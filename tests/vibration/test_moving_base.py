@@ -29,6 +29,7 @@ from ftcfa import (
     simulate,
 )
 from ftcfa.model.catalogue import find_arm
+from ftcfa.vibration.noise_input import Shaking
 
 MASSLESS = 1e-12
 """MuJoCo's stand-in for no mass and no rotational inertia [kg, kg m^2]."""
@@ -175,9 +176,13 @@ def test_accelerations_on_a_base_that_turns(robot):
         a, turning, omega, at, velocity = 3.0 * rng.standard_normal((5, 3))
         R = Rotation.random(rng=rng)
         quaternion = R.as_quat(scalar_first=True)
-        h, rate = 1e-3, np.concatenate([np.zeros(3), omega])
-        integral = h * np.concatenate([a, turning])
-        impulse, _ = BaseMotion().impulse(arm, q, v, quaternion, integral, rate, h)
+        h, still = 1e-3, np.zeros(3)
+        shaking = Shaking(
+            h * np.concatenate([a, turning]),
+            np.concatenate([still, omega]),
+            np.concatenate([still, R.as_rotvec()]),
+        )
+        impulse, _ = BaseMotion().impulse(arm, q, v, BaseMotion().init(), shaking, h)
         theirs = oracle.acceleration(
             q, v, np.concatenate([at, quaternion]), np.concatenate([velocity, omega]),
             np.concatenate([R.apply(a), turning]), arm.gravity,
@@ -259,7 +264,9 @@ def test_a_second_on_a_base_that_slides_and_turns(robot):
         )  # fmt: skip
         return np.concatenate([v, vdot, turning, base[:3]])
 
-    start = np.concatenate([arm.home, np.zeros(arm.n), [1.0], np.zeros(6)])
+    U = -(amplitude / w**2 * np.cos(phase))[3:]
+    turned = Rotation.from_rotvec(U).as_quat(scalar_first=True)
+    start = np.concatenate([arm.home, np.zeros(arm.n), turned, np.zeros(3)])
     truth = solve_ivp(motion, (0, 1), start, rtol=1e-8, atol=1e-9).y[: 2 * arm.n, -1]
 
     def run(step):

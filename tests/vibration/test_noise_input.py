@@ -11,7 +11,9 @@ from ftcfa import (
     BaseAcceleration,
     ClosedLoop,
     FrameWrench,
+    Harmonic,
     JointTorque,
+    NoiseInput,
     PaperPendulum,
     PaperPendulumInput,
     ParameterError,
@@ -271,3 +273,61 @@ def test_a_function_must_give_a_matrix_of_a_row_a_joint():
         loop_with(3, arm)
     with pytest.raises(ParameterError, match="FrameWrench force and moment: '', ''"):
         FrameWrench("tool0", "", "")
+
+
+class Plain:
+    """A user's own, with a matrix only."""
+
+    def matrix(self, arm, q):
+        return wind(arm, q)
+
+
+def test_an_object_with_a_matrix_is_an_input_as_it_is():
+    arm, plain = load_arm("ur5"), Plain()
+    assert Vibration(plain, WhiteNoise(0.1)).input is plain
+    runs = [simulate(loop_with(own, arm), 0.05).q for own in (plain, wind)]
+    np.testing.assert_array_equal(*runs)
+
+
+class Trolley(NoiseInput):
+    """A user's own that moves: a cart that the excitation drives against a spring, (x, v)."""
+
+    def __init__(self, checked):
+        self.checked = checked
+
+    def matrix(self, arm, q):
+        return BaseAcceleration("x").matrix(arm, q)
+
+    def check(self, process):
+        self.checked.append(process)
+
+    def init(self):
+        return np.zeros(2)
+
+    def impulse(self, arm, q, v, state, shaking, step):  # noqa: ARG002
+        x, dx = state[0], state[1]
+        change = shaking.integral[0] - 400.0 * step * x
+        after = np.stack([x + step * (dx + change), dx + change])
+        return self.matrix(arm, q)[:, 0] * change, after
+
+
+def test_a_moving_input_of_ones_own():
+    """Pushed by a tone, it loads the joints by the cart's acceleration: that of an oscillator."""
+    arm, checked = load_arm("double_pendulum"), []
+    vibration = Vibration(Trolley(checked), Harmonic(3.0, 2.0, 0.4), level=2.0)
+    loop = ClosedLoop(arm, FTCF(arm, compensation="bias"), Sinusoid(offset=arm.home), vibration)
+    assert checked == [loop.process]
+    runs = [simulate(loop, 0.1, engine=engine) for engine in ("compiled", "interpreted")]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-10)
+    state, h = vibration.init(loop.process, np.zeros(0)), 1e-3
+    for _ in range(500):
+        _, state = vibration.impulse(
+            loop.process, arm, arm.home, np.zeros(2), state, np.zeros(0), np.zeros(0), h
+        )
+    w, W = 20.0, 4 * np.pi
+    size = 6.0 / (w**2 - W**2)
+    exact = size * (
+        np.cos(W * 0.5 + 0.4) - np.cos(0.4) * np.cos(w * 0.5)
+        + W / w * np.sin(0.4) * np.sin(w * 0.5)
+    )  # fmt: skip
+    assert state.input[0] == pytest.approx(exact, abs=0.01 * size)  # semi-implicit, w h = 0.02

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import integrate, stats
+from scipy import integrate, signal, stats
 
 from ftcfa import (
     ParameterError,
@@ -26,12 +26,15 @@ TRUCK = "mil_std_810g_highway_truck_vertical"
 FAMILIES = (TRUCK, "gevs_qualification", "astm_d4169_truck_low")
 HANN = 2
 """Half of the width of a Hann window's main lobe, in frequencies of the estimate."""
+RIPPLE_DB = 0.05
+"""Curvature of a table over the main lobe, fifty lines from 0 Hz."""
 SUM_OF_LINES = 0.01
 """Share of the rms that three periods, rounded to steps, and the mean over a step take away."""
 
 
 def recorded():
     values = np.random.default_rng(0).standard_normal((300, 2))
+    values = signal.sosfilt(signal.butter(4, 50.0, fs=1e3, output="sos"), values, axis=0)
     return RecordedAcceleration(Record(1e-3, values))
 
 
@@ -176,6 +179,18 @@ def test_the_realised_level_is_the_filters(families, name):
     deviation = one.shaped.rms[0] ** 2 - power
     assert abs(deviation) < 5 * np.sqrt(square / one.duration)
     assert np.sqrt(square / one.duration) < 0.05 * power
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_the_spectrum_of_lines_has_no_ripple(families, name):
+    """As many segments of every phase of the period: where the table is smooth, it is met."""
+    one = families[name]
+    f, S = band_of(one, one.tones)
+    ends, df = one.standard.spectrum.frequencies, one.tones.frequencies[0]
+    smooth = np.all(np.abs(f[:, None] - ends) > 5 * df, axis=1) & (f > 50 * df)
+    deviation = DB * np.log(S / one.standard.spectrum.density(f))
+    assert smooth.sum() > 20
+    assert np.abs(deviation[smooth]).max() < RIPPLE_DB
 
 
 @pytest.mark.parametrize("name", FAMILIES)

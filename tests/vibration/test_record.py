@@ -1,18 +1,13 @@
-"""Records: reading what sensors write, refusing what is no even record, resampling."""
+"""Records: reading what sensors write, refusing what is no even record, detrending."""
 
 import numpy as np
 import pytest
-from scipy import signal
 
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.vibration.record import Record
 from ftcfa.vibration.record_file import read_record
 
 G = 9.80665
-RESAMPLED = 2e-3
-"""Pass-band ripple of resample_poly's Kaiser window and of the spline, relative to the signal."""
-EDGE = 0.1
-"""Share of a record at either end that a filter's transient may touch."""
 
 
 @pytest.fixture
@@ -46,6 +41,31 @@ def test_si_in_its_spellings(csv, unit):
 def test_the_argument_goes_before_the_header(csv):
     record = read_record(csv("time,x [g]\n0,1\n0.5,2\n"), unit="m/s^2")
     np.testing.assert_array_equal(record.values, [[1.0], [2.0]])
+
+
+SIX = (
+    "time [s], x [m/s^2], y [g], z [m/s2], roll [rad/s^2], pitch (deg/s²), yaw [rad/s**2]\n"
+    "0.0,1,2,3,4,180,6\n0.1,1,2,3,4,-90,6\n"
+)
+
+
+def test_six_axes_with_a_unit_each(csv):
+    record = read_record(csv(SIX))
+    assert record.axes == ("x", "y", "z", "roll", "pitch", "yaw")
+    exact = [[1, 2 * G, 3, 4, np.pi, 6], [1, 2 * G, 3, 4, -np.pi / 2, 6]]
+    np.testing.assert_allclose(record.values, exact, rtol=1e-15)
+    turned = read_record(csv(SIX), columns=("pitch", "y"))
+    np.testing.assert_allclose(turned.values, [[np.pi, 2 * G], [-np.pi / 2, 2 * G]])
+
+
+def test_a_unit_an_axis_by_argument(csv):
+    file = csv("0,1,180\n0.1,2,90\n")
+    record = read_record(file, unit=("g", "deg/s^2"))
+    np.testing.assert_allclose(record.values, [[G, np.pi], [2 * G, np.pi / 2]])
+    with pytest.raises(ShapeError, match="unit: 3 units, expected one, or 2"):
+        read_record(file, unit=("g", "g", "g"))
+    with pytest.raises(UnknownNameError, match="unit of axis 2 'deg': unknown name"):
+        read_record(file, unit=("g", "deg"))
 
 
 def test_comments_blank_lines_and_no_header(csv):
@@ -117,11 +137,14 @@ HEAD = "time,x [g]\n"
             "{file}: row 4: a time step of 1.2 s, where the mean is 1 s, expected even time steps "
             "to 2 %; interpolate the record to even steps, or give jitter= if the times are",
         ),
-        ("time,x\n0,1\n1,2\n", '{file}: unit: not stated, expected unit="g" or unit="m/s^2", or'),
-        ("time,x [g],y [m/s^2]\n0,1,1\n1,2,2\n", "{file}: unit: g and m/s^2, expected one for all"),
+        (
+            "time,x\n0,1\n1,2\n",
+            '{file}: unit of x: not stated, expected unit="g" or unit="m/s^2", or',
+        ),
+        ("time,x [g],y\n0,1,1\n1,2,2\n", "{file}: unit of y: not stated, expected unit="),
         (
             "time,x [mg]\n0,1\n1,2\n",
-            "{file}: unit of acceleration 'mg': unknown name, expected one of: m/s^2,",
+            "{file}: unit of x 'mg': unknown name, expected one of: m/s^2, g, rad/s^2, deg/s^2",
         ),
         (
             "time [ms],x [g]\n0,1\n1,2\n",
@@ -210,60 +233,3 @@ def test_detrending_takes_gravity_and_drift_away():
     np.testing.assert_allclose(mean.values[:, 0], tones[:, 0], atol=1e-12)
     with pytest.raises(ParameterError, match="Record detrend: 'cubic', expected"):
         record.detrended("cubic")
-
-
-def tone(step, count, f=7.0):
-    return np.sin(2 * np.pi * f * step * np.arange(count))[:, None]
-
-
-@pytest.mark.parametrize(
-    ("step", "how"),
-    [
-        (0.25e-3, "polyphase filter 125/32"),
-        (1e-3, "polyphase filter 125/128"),
-        (4e-3, "polyphase filter 125/512"),
-        (1 / 1024 / np.pi, "cubic spline"),
-        (1e-3 * np.pi, "low-pass at 127.3 Hz, cubic spline"),
-    ],
-)
-def test_a_tone_survives_resampling(step, how):
-    record = Record(1 / 1024, tone(1 / 1024, 4096))
-    again = record.resampled(step)
-    assert again.notes[-1].endswith(f"({how})")
-    assert again.step == step
-    assert again.duration <= record.duration * (1 + 1e-9)
-    assert again.duration > record.duration - step - 1e-12
-    count = len(again.values)
-    middle = slice(int(EDGE * count), int((1 - EDGE) * count))
-    np.testing.assert_allclose(
-        again.values[middle], tone(step, count)[middle], rtol=0, atol=RESAMPLED
-    )
-
-
-@pytest.mark.parametrize("step", [4e-3, 1e-3 * np.pi])
-def test_what_cannot_be_shown_does_not_fold_back(step):
-    """300 Hz at steps of 3 or 4 ms would appear as a low tone; it has to vanish."""
-    record = Record(1 / 1024, tone(1 / 1024, 8192, f=300.0))
-    again = record.resampled(step).values
-    count = len(again)
-    middle = again[int(EDGE * count) : int((1 - EDGE) * count)]
-    assert np.sqrt(np.mean(middle**2)) < 2e-3
-
-
-def test_the_spectrum_of_a_record_survives():
-    rng = np.random.default_rng(0)
-    low_pass = signal.butter(6, 100.0, fs=2000.0, output="sos")
-    record = Record(0.5e-3, signal.sosfilt(low_pass, rng.standard_normal((40_000, 1)), axis=0))
-    again = record.resampled(2e-3)
-    assert again.rms() == pytest.approx(record.rms(), rel=0.01)
-
-
-def test_steps_that_do_nothing_or_too_much():
-    record = Record(0.1, np.zeros((11, 1)))
-    assert record.resampled(0.1) is record
-    with pytest.raises(
-        ParameterError, match="Record step: 2 s, expected at most the record's length"
-    ):
-        record.resampled(2.0)
-    with pytest.raises(ParameterError, match="Record step: -1, expected a number > 0"):
-        record.resampled(-1)

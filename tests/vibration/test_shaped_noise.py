@@ -1,6 +1,7 @@
 """Shaped noise of every standard: its level, its spectrum, stationary from the first sample."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from ftcfa import (
     standard,
     standards,
 )
+from ftcfa.vibration import shaped_noise
 from ftcfa.vibration.spectrum import band_step_limit
 
 from .masses import CONFIDENCE, check_engines, pushed
@@ -93,7 +95,7 @@ def test_a_name_a_spectrum_a_filter_and_a_road_side_by_side():
     road = Road("C", 20.0, TRUCK).filter()
     np.testing.assert_array_equal(noise.filters[2].C, road.C)
     loop = pushed(noise, 5, period=2.5e-4)
-    assert loop.process.integrable == {0, 3, 4}
+    assert [bool(loop.process.obstacle(k)) for k in range(5)] == [False, True, True, True, False]
     check_engines(loop)
 
 
@@ -130,3 +132,27 @@ def test_a_step_too_long_is_refused_before_anything_is_fitted():
 def test_no_axes(axes):
     with pytest.raises(ParameterError, match="ShapedNoise axes: none, expected a specification"):
         ShapedNoise(axes)
+
+
+def test_a_fit_within_only_the_tolerance_of_edges_warns_too(monkeypatch):
+    fit = replace(ShapedNoise(HIGHWAY).fits[0], worst_db=2.0, edge_db=1.0)
+    monkeypatch.setattr(shaped_noise, "_fitted", lambda spectrum: fit)  # noqa: ARG005
+    with pytest.warns(UserWarning, match="within, granted 2 % of frequency at edges"):
+        assert ShapedNoise(HIGHWAY).fits == (fit,)
+
+
+def resonance(f):
+    w = 2 * np.pi * f
+    return LinearFilter([[0.0, 1.0], [-(w**2), -0.02 * w]], [[0.0], [1.0]], [[0.0, 1.0]])
+
+
+def test_a_step_too_long_for_a_filter_warns():
+    """A resonance of little damping is held as a tone is: 8 steps a period, 125 Hz at 1 ms."""
+    message = "integration step: 1 ms, within which a filter's output changes; take substeps=4 of"
+    with pytest.warns(UserWarning, match=message):
+        ShapedNoise(resonance(400.0)).process(1, 1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ShapedNoise(resonance(400.0)).process(1, 2.5e-4)
+        ShapedNoise(resonance(115.0)).process(1, 1e-3)
+        ShapedNoise(Road("C", 20.0, TRUCK)).process(1, 1e-3)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import signal, stats
 
 from ftcfa import (
     Harmonic,
@@ -28,6 +28,7 @@ LAG = LinearFilter([[-20.0]], [[1.0]], [[3.0]])
 
 def recorded(samples=200, axes=1, random_start=True):
     values = np.random.default_rng(0).standard_normal((samples, axes))
+    values = signal.sosfilt(signal.butter(4, 50.0, fs=1e3, output="sos"), values, axis=0)
     return RecordedAcceleration(Record(1e-3, values), random_start)
 
 
@@ -111,10 +112,12 @@ def test_sums_are_flat():
 
 def test_which_channels_are_integrable():
     white, sine = WhiteNoise(0.1), Harmonic(1.0, 10.0)
-    assert (white + sine).process(2, 1e-3).integrable == frozenset()
-    assert (sine + recorded(axes=2)).process(2, 1e-3).integrable == {0, 1}
+    assert [bool((white + sine).process(2, 1e-3).obstacle(k)) for k in (0, 1)] == [True, True]
+    assert [(sine + recorded(axes=2)).process(2, 1e-3).obstacle(k) for k in (0, 1)] == ["", ""]
     stacked = Stacked((white, sine, recorded()), (2, 1, 1)).process(4, 1e-3)
-    assert stacked.integrable == {2, 3}
+    assert [bool(stacked.obstacle(k)) for k in range(4)] == [True, True, False, False]
+    W, U = stacked.integrals(stacked.init(np.ones(2)), stacked.rows[0])
+    assert W.shape == U.shape == (4,)
     assert (stacked.normals, stacked.initial_normals, stacked.random_start) == (2, 2, True)
 
 

@@ -27,7 +27,7 @@ TRUCK = "mil_std_810g_highway_truck_vertical"
 @pytest.mark.parametrize("step", [1e-5, 1e-3, 1.0 / 80.0])
 @pytest.mark.parametrize("phase", [0.0, 1.3, -np.pi / 2])
 def test_the_integral_of_a_sinusoid(step, phase):
-    Y, _ = run_process(Harmonic(2.5, 10.0, phase).process(1, step), 30)
+    Y, *_ = run_process(Harmonic(2.5, 10.0, phase).process(1, step), 30)
     for k in range(30):
         exact = quad(
             lambda t: 2.5 * np.cos(2 * np.pi * 10.0 * t + phase), k * step, (k + 1) * step,
@@ -61,8 +61,10 @@ def test_the_engines_agree(loop):
 def angles(process, paths, seed=0):
     """Phases at time zero of many paths, shape (paths, lines)."""
     normals = np.random.default_rng(seed).standard_normal((paths, process.initial_normals))
-    c, s = np.array([process.init(own) for own in normals]).transpose(1, 0, 2)
-    np.testing.assert_allclose(c**2 + s**2, 1.0, rtol=1e-14)
+    W, Y = np.array([process.init(own) for own in normals]).transpose(1, 0, 2)
+    turn, s = process.w * 1e-3, W / process.sizes
+    c = (Y / process.sizes + (1 - np.cos(turn)) * s) / np.sin(turn)
+    np.testing.assert_allclose(c**2 + s**2, 1.0, rtol=1e-12)
     return np.mod(np.arctan2(s, c), 2 * np.pi)
 
 
@@ -101,7 +103,7 @@ def test_random_phases_carry_the_power_of_the_table(name):
     h = period / steps
     process = excitation.process(1, h)
     initial = np.random.default_rng(1).standard_normal(process.initial_normals)
-    Y, _ = run_process(process, steps, initial=initial)
+    Y, *_ = run_process(process, steps, initial=initial)
     f = np.fft.rfftfreq(steps, h)
     amplitudes = 2 * np.abs(np.fft.rfft(Y[:, 0])) / steps / (h * np.sinc(f * h))
     powers = 0.5 * amplitudes**2
@@ -173,3 +175,17 @@ def test_what_random_phases_refuse():
         RandomPhase(())
     with pytest.raises(ParameterError, match="RandomPhase lines: 0, expected an integer >= 1"):
         RandomPhase(TRUCK, 0)
+
+
+def test_a_hundred_thousand_steps_of_the_recurrence():
+    """Against the closed form of the angle, for slow and fast lines."""
+    f, h, steps = np.array([0.01, 0.7, 31.0, 124.0]), 1e-3, 100_000
+    process = Harmonic(1.0, f, 0.3).process(4, h)
+    state, nothing = process.init(np.zeros(0)), np.zeros(0)
+    for _ in range(steps):
+        _, state = process.advance(state, nothing, nothing)
+    w = 2 * np.pi * f
+    angle = 2 * np.pi * np.mod(f * (h * steps), 1.0) + 0.3
+    W, U = process.integrals(state, nothing)
+    np.testing.assert_allclose(W * w, np.sin(angle), rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(U * w**2, -np.cos(angle), rtol=0, atol=ROUNDING)
