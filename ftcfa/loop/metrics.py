@@ -8,7 +8,6 @@ import numpy as np
 from ftcfa.arrays import Array, positive
 from ftcfa.control.protocol import Signals
 
-
 ROUNDING = 1e-12
 """Of a time over the period."""
 

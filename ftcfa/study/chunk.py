@@ -1,26 +1,35 @@
 """One chunk of an ensemble: its paths run, watched and counted; what merges over chunks."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import cast
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array, counting, positive
-from ftcfa.engine.run import run_paths, samples_of
+from ftcfa.control.protocol import Signals
+from ftcfa.engine.run import Run, run_paths, samples_of
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.metrics import PathMetrics
 from ftcfa.streams import natural
 from ftcfa.study.moments import Moments
-from ftcfa.study.sketch import QuantileSketch
+from ftcfa.study.sketch import BINS, QuantileSketch
 
 KEPT_TIMES = 200
 """About how many times are kept where the user does not say how many."""
-POWERS = ("value", "square")
+IN_CACHE = 2**17
+"""Numbers counted at once: few enough to stay in the processor's cache."""
 SUMS = ("count", "missing", "average", "M2", "M3")
 PER_JOINT = ("error", "u")
 """Quantities of every joint: q - q_d and the torque."""
+PATH_DIMENSIONS = ("path", "joint")
+"""Of what is known of each path, or of each of its joints."""
+
+
+_watched: WeakKeyDictionary[ClosedLoop, dict[tuple[float, float], ClosedLoop]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -51,8 +60,15 @@ class Plan:
         counting("chunk", self.chunk)
 
     def watched(self, loop: ClosedLoop) -> ClosedLoop:
-        """The loop with an observer that counts what each path amounts to."""
-        return replace(loop, observer=PathMetrics(self.tolerance, self.late))
+        """The loop with an observer that counts what each path amounts to.
+
+        The same object for the same loop, so that it is traced only once.
+        """
+        known = _watched.setdefault(loop, {})
+        if (self.tolerance, self.late) not in known:
+            metrics = PathMetrics(self.tolerance, self.late)
+            known[self.tolerance, self.late] = replace(loop, observer=metrics)
+        return known[self.tolerance, self.late]
 
     @property
     def late(self) -> float:
@@ -96,49 +112,102 @@ def run_chunk(loop: ClosedLoop, plan: Plan, paths: range, threads: int | None = 
         threads: Threads; all that this process may use by default.
 
     Returns:
-        A Dataset with the metrics of each path (dimension ``path``), the sums of the moments over
-        (power, sum, time, quantity), and the filled bins of the sketch of quantiles, ``filled``
-        with the paths in each, ``count``.
+        As `count_chunk`.
+    """
+    return count_chunk(loop, plan, paths, simulate_chunk(loop, plan, paths, threads))
+
+
+def simulate_chunk(loop: ClosedLoop, plan: Plan, paths: range, threads: int | None = None) -> Run:
+    """Run some paths: the first half of `run_chunk`."""
+    samples, numbers = samples_of(loop, plan.duration), np.array(paths, dtype=np.uint64)
+    return run_paths(loop, samples, plan.every(loop), plan.seed, numbers, ["q", "u"], {}, threads)
+
+
+def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Dataset:
+    """Count paths that were run: the second half of `run_chunk`.
+
+    Returns:
+        A Dataset with the metrics of each path (dimension ``path``), the sums of the moments of
+        values and squares over (sum, power, time, quantity), and the filled bins of the sketch of
+        quantiles, ``filled`` with the paths in each, ``count``.
     """
     metrics = cast(PathMetrics, loop.observer)
-    samples, every = samples_of(loop, plan.duration), plan.every(loop)
-    numbers = np.arange(paths.start, paths.stop, dtype=np.uint64)
-    run = run_paths(loop, samples, every, plan.seed, numbers, ["q", "u"], {}, threads)
-    signals, died, observed = run.paths
-    values = _quantities(loop, plan, signals["q"], signals["u"])
-    moments = np.stack([_sums(Moments.of(values)), _sums(Moments.of(values**2))])
-    counts = QuantileSketch.of(values).counts.reshape(-1)
-    filled = np.flatnonzero(counts).astype(np.uint32)
-    per_path = {
-        name: (("path", "joint")[: result.ndim], result)
-        for name, result in metrics.results(observed, loop.period).items()
-    }
+    moments, filled, count = [], [], []
+    for entry, values in _slices(loop, plan, run.paths.signals):
+        moments.append(_sums(Moments.of(np.stack([values, values * values], axis=1))))
+        counts = QuantileSketch.of(values).counts.reshape(-1)
+        bins = np.flatnonzero(counts != 0)
+        filled.append((bins + entry * BINS).astype(np.uint32))
+        count.append(counts[bins])
+    per_path = metrics.results(run.paths.observed, loop.period)
     return xr.Dataset(
         {
-            **per_path,
-            "diverged_at": ("path", died),
-            "moments": (("power", "sum", "time", "quantity"), moments),
-            "filled": ("bin", filled),
-            "count": ("bin", counts[filled]),
+            **{name: (PATH_DIMENSIONS[: rows.ndim], rows) for name, rows in per_path.items()},
+            "diverged_at": ("path", run.paths.died),
+            "moments": (("sum", "power", "time", "quantity"), np.concatenate(moments, axis=2)),
+            "filled": ("bin", np.concatenate(filled)),
+            "count": ("bin", np.concatenate(count)),
         },
-        coords={"path": numbers.astype(np.int64)},
+        coords={"path": np.array(paths)},
         attrs={"engine": run.engine},
     )
 
 
-def _quantities(loop: ClosedLoop, plan: Plan, q: Array, u: Array) -> Array:
-    """Overall error, errors and torques, shape (paths, T, 1 + 2 n)."""
-    error = q - loop.reference.at(plan.times(loop)).q
-    ote = np.sqrt(np.einsum("ptj,ptj->pt", error, error))
-    return np.concatenate([ote[:, :, None], error, u], axis=2)
+def _slices(loop: ClosedLoop, plan: Plan, signals: Signals) -> Iterator[tuple[int, Array]]:
+    """Overall error, errors and torques at some times, shape (paths, t, 1 + 2 n), in turn.
+
+    With the number of the first of these entries (time, quantity).
+    """
+    q, u, q_d = signals["q"], signals["u"], loop.reference.at(plan.times(loop)).q
+    entries = quantities(loop.arm.n)
+    width = max(1, IN_CACHE // (len(q) * entries))
+    for start in range(0, len(q_d), width):
+        times = slice(start, start + width)
+        error = q[:, times] - q_d[times]
+        ote = np.sqrt(np.einsum("ptj,ptj->pt", error, error))
+        yield start * entries, np.concatenate([ote[:, :, None], error, u[:, times]], axis=2)
 
 
 def _sums(moments: Moments) -> Array:
     return np.stack([getattr(moments, name) for name in SUMS])
 
 
+def _moments(sums: Array) -> Moments:
+    count, missing, *rest = sums
+    return Moments(count.astype(np.int64), missing.astype(np.int64), *rest)
+
+
+class Merging:
+    """Moments merged in pairs of neighbours, so that the order in which they come is no matter.
+
+    A pair is merged when both are there, then pairs of pairs; what is held grows with the logarithm
+    of their number only.
+    """
+
+    def __init__(self) -> None:
+        self._parts: dict[tuple[int, int], Moments] = {}  # by first number and width
+
+    def add(self, number: int, moments: Moments) -> None:
+        """Add the moments of a number."""
+        width = 1
+        while (neighbour := (number ^ width, width)) in self._parts:
+            other = self._parts.pop(neighbour)
+            pair = (moments, other) if number < neighbour[0] else (other, moments)
+            moments = pair[0].merge(pair[1])
+            number, width = number & ~width, 2 * width
+        self._parts[number, width] = moments
+
+    @property
+    def total(self) -> Moments:
+        """Of all that were added."""
+        first, *rest = (self._parts[key] for key in sorted(self._parts))
+        for part in rest:
+            first = first.merge(part)
+        return first
+
+
 class Tally:
-    """What chunks add up to, in the order of their numbers whatever order they come in.
+    """What chunks add up to: the same bits in whatever order they come.
 
     Args:
         times: Kept times.
@@ -147,21 +216,22 @@ class Tally:
 
     def __init__(self, times: int, n: int) -> None:
         self._sketch = QuantileSketch.empty((times, quantities(n)))
-        self._chunks: dict[int, xr.Dataset] = {}
+        self._merging = Merging()
+        self._per_path: dict[int, dict[str, Array]] = {}
+        self.paths = 0
+        """Paths in the chunks."""
 
     def add(self, number: int, chunk: xr.Dataset) -> None:
         """Add a chunk."""
         counts = self._sketch.counts.reshape(-1)
         counts[chunk["filled"].values] += chunk["count"].values
-        self._chunks[number] = chunk.drop_dims("bin")
+        self._merging.add(number, _moments(chunk["moments"].values))
+        names = [name for name, rows in chunk.variables.items() if "path" in rows.dims]
+        self._per_path[number] = {str(name): chunk[name].values.copy() for name in names}
+        self.paths += chunk.sizes["path"]
 
     def __len__(self) -> int:
-        return len(self._chunks)
-
-    @property
-    def paths(self) -> int:
-        """Paths in the chunks."""
-        return sum(chunk.sizes["path"] for chunk in self._chunks.values())
+        return len(self._per_path)
 
     @property
     def sketch(self) -> QuantileSketch:
@@ -171,25 +241,12 @@ class Tally:
     @property
     def moments(self) -> tuple[Moments, Moments]:
         """Of the quantities and of their squares, entries (time, quantity)."""
-        rows = [self._chunks[number]["moments"].values for number in sorted(self._chunks)]
-        value, square = ([_moments(row[power]) for row in rows] for power in range(len(POWERS)))
-        return _merged(value), _merged(square)
+        sums = _sums(self._merging.total)
+        return _moments(sums[:, 0]), _moments(sums[:, 1])
 
     @property
     def per_path(self) -> xr.Dataset:
         """What is known of each path, by path number."""
-        parts = [self._chunks[number].drop_vars("moments") for number in sorted(self._chunks)]
-        return xr.concat(parts, "path")
-
-
-def _moments(rows: Array) -> Moments:
-    """From an array over SUMS."""
-    count, missing, *sums = rows
-    return Moments(count.astype(np.int64), missing.astype(np.int64), *sums)
-
-
-def _merged(parts: list[Moments]) -> Moments:
-    total = parts[0]
-    for part in parts[1:]:
-        total = total.merge(part)
-    return total
+        parts = [self._per_path[number] for number in sorted(self._per_path)]
+        rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return xr.Dataset({name: (PATH_DIMENSIONS[: x.ndim], x) for name, x in rows.items()})

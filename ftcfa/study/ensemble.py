@@ -2,21 +2,29 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import partial
+from importlib.metadata import version
+from typing import Any, Self
 
+import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import counting
 from ftcfa.engine.run import path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
+from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe
-from ftcfa.study.chunk import Plan, Tally, run_chunk
+from ftcfa.loop.describe import describe, provenance
+from ftcfa.study.chunk import Plan, Tally, count_chunk, run_chunk, simulate_chunk
 from ftcfa.study.cluster import run_on_cluster
 from ftcfa.study.estimate import CONFIDENCE, probability
 from ftcfa.study.store import Store
 from ftcfa.study.summary import QUANTILES, summarise
 
+SAME = 1e-6
+"""Of the metrics of a path that another processor computes again."""
 Progress = Callable[[int, int], None]
 """Called with the paths done and the paths asked for."""
 
@@ -60,8 +68,10 @@ def ensemble(
         threads: Threads; all that this process may use by default.
         chunk: Paths a chunk. Results are the same to rounding for any; bit for bit for one.
         client: A `dask.distributed.Client`: chunks go to its cluster, instead of threads here.
-            The loop travels as its description.
-        store: A folder for the chunks, so that an interrupted run goes on where it was.
+            The loop travels as its description; a chunk whose worker dies is run by another.
+        store: A folder for the chunks, so that an interrupted run goes on where it was, with more
+            paths too. One process writes to it at a time. A damaged chunk is run again, with a
+            warning.
         progress: Called with the paths done and the paths asked for.
 
     Returns:
@@ -70,60 +80,136 @@ def ensemble(
     Raises:
         ParameterError, ShapeError, UnknownNameError: If an argument is out of range, or the store
             is of another experiment.
-        FtcfaError: If the store cannot be written.
+        FtcfaError: If the store cannot be written or another process writes to it, the cluster
+            breaks down, or its workers have another ftcfa.
     """
     counting("paths", paths)
     samples_of(loop, duration)
     probability("confidence", confidence)
     for p in quantiles:
         probability("quantile", p)
+    if client is not None and threads is not None:
+        raise ParameterError(
+            "threads",
+            "given together with client",
+            "one of them",
+            "leave threads out: the workers of the cluster have their own",
+        )
     whole = path_numbers(trajectories)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
-    told = {"loop": describe(loop), "plan": describe(plan)}
-    place = None if store is None else Store(store, told)
     tally = Tally(len(plan.times(loop)), loop.arm.n)
-    try:
-        for number, part in _chunks(loop, plan, paths, threads, client, place):
-            tally.add(number, part)
-            if progress is not None:
-                progress(tally.paths, paths)
-    except KeyboardInterrupt:
-        if not len(tally):
-            raise
-    dataset = summarise(loop, plan, tally, quantiles, confidence)
-    if len(whole):
-        kept = simulate_paths(loop, whole.tolist(), duration, seed=seed, threads=threads)
-        dataset = dataset.assign(_trajectories(kept))
-    if place is not None:
-        place.write_result(dataset)
+    with nullcontext() if store is None else Store(store, _identity(loop, plan)) as place:
+        try:
+            with _Bookkeeper(tally, place) as books:
+                for _ in _run(books, loop, plan, paths, threads, client, place):
+                    if progress is not None:
+                        progress(tally.paths, paths)
+        except KeyboardInterrupt:
+            if not len(tally):
+                raise
+        dataset = summarise(loop, plan, tally, quantiles, confidence)
+        if len(whole):
+            kept = simulate_paths(loop, whole.tolist(), duration, seed=seed, threads=threads)
+            dataset = dataset.assign(_trajectories(kept))
+        if place is not None:
+            place.write_result(dataset)
     return dataset
 
 
-def _chunks(
-    loop: ClosedLoop, plan: Plan, paths: int, threads: int | None, client: Any, store: Store | None
-) -> Iterator[tuple[int, xr.Dataset]]:
-    """All chunks: those in the store, then the others as they are done, which it then gets."""
-    missing = []
-    there = set() if store is None else set(store)
+def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
+    """What the numbers of an ensemble depend on."""
+    return {"loop": provenance(loop), "plan": describe(plan), "ftcfa_version": version("ftcfa")}
+
+
+class _Bookkeeper:
+    """Counts, stores and adds up a chunk in a thread of its own while the next one runs.
+
+    Ctrl-C reaches the main thread only, so no chunk is ever half added.
+    """
+
+    def __init__(self, tally: Tally, store: Store | None) -> None:
+        self._tally = tally
+        self._store = store
+        self._pool = ThreadPoolExecutor(max_workers=1)
+        self._pending: Future[None] | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+
+    def take(self, number: int, count: Callable[[], xr.Dataset], keep: bool) -> None:
+        """Take over a chunk, once the one before is done."""
+        self.settle()
+        self._pending = self._pool.submit(self._enter, number, count, keep)
+
+    def settle(self) -> None:
+        """Wait for the chunk that is being counted; raise what went wrong with it."""
+        if self._pending is not None:
+            self._pending.result()
+
+    def _enter(self, number: int, count: Callable[[], xr.Dataset], keep: bool) -> None:
+        part = count()
+        if keep and self._store is not None:
+            self._store.write(number, part)
+        self._tally.add(number, part)
+
+
+def _run(
+    books: _Bookkeeper,
+    loop: ClosedLoop,
+    plan: Plan,
+    paths: int,
+    threads: int | None,
+    client: Any,
+    store: Store | None,
+) -> Iterator[None]:
+    """All chunks: those in the store, then the others; yields when one has been taken over."""
+    watched, missing, checked = plan.watched(loop), {}, False
     for number in plan.chunks(paths):
         wanted = plan.paths_of(number, paths)
-        part = store.read(number) if store is not None and number in there else None
-        if part is not None and part.sizes["path"] == len(wanted):
-            yield number, part
+        part = None if store is None else store.read(number)
+        there = 0 if part is None else part.sizes["path"]
+        if store is not None and part is not None and there == len(wanted):
+            if not checked:
+                _check_same(watched, plan, part, store)
+                checked = True
+            books.take(number, partial(_given, part), keep=False)
+            yield
         else:
-            missing.append(number)
+            missing[number] = len(wanted) > there
     if client is not None:
-        computed = run_on_cluster(client, loop, plan, missing, paths)
+        for number, part in run_on_cluster(client, loop, plan, missing, paths):
+            books.take(number, partial(_given, part), missing[number])
+            yield
     else:
-        watched = plan.watched(loop)
-        computed = (
-            (number, run_chunk(watched, plan, plan.paths_of(number, paths), threads))
-            for number in missing
-        )
-    for number, part in computed:
-        if store is not None:
-            store.write(number, part)
-        yield number, part
+        for number, keep in missing.items():
+            numbers = plan.paths_of(number, paths)
+            run = simulate_chunk(watched, plan, numbers, threads)
+            books.take(number, partial(count_chunk, watched, plan, numbers, run), keep)
+            yield
+    books.settle()
+    yield
+
+
+def _given(part: xr.Dataset) -> xr.Dataset:
+    return part
+
+
+def _check_same(watched: ClosedLoop, plan: Plan, part: xr.Dataset, store: Store) -> None:
+    """Run the first path of a chunk in the store again: parts of a user's own tell little.
+
+    Raises:
+        ParameterError: If it comes out differently.
+    """
+    first = int(part["path"][0])
+    again = run_chunk(watched, plan, range(first, first + 1), 1)
+    for name, rows in again.data_vars.items():
+        if "path" in rows.dims:
+            found = part[name].values[:1]
+            if not np.allclose(found, rows.values, rtol=SAME, atol=0.0, equal_nan=True):
+                raise store.of_another(f"path {first} comes out with another {name}")
 
 
 def _trajectories(kept: xr.Dataset) -> dict[str, xr.DataArray]:

@@ -6,49 +6,75 @@
 
 The folder is a hierarchy of zarr groups, each readable by xarray alone, such as
 ``xarray.open_zarr(STORE, group="result")``. A group is written under another name beside its
-place and then renamed, so that nothing half-written ever bears its name.
+place and then renamed, so that nothing half-written ever bears its name. One process writes at a
+time: it holds a lock that the system takes from it when it ends, however it ends.
 """
 
+import fcntl
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from glob import escape
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final, Self
+from uuid import uuid4
 
+import numpy as np
 import xarray as xr
 import zarr
 
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.loop.describe import differences
 
-CHUNKS, RESULT = "chunks", "result"
+CHUNKS, RESULT, GROUP = "chunks", "result", ".zgroup"
 UNFINISHED = ".part"
+HEX = 32 * "[0-9a-f]"
+CHECKSUM = "checksum"
 ZARR_FORMAT: Final = 2
 """Version 3 has no stable type for texts of joints' names."""
 
 
 class Store:
-    """A folder of chunks.
+    """A folder of chunks, for one process to write to; as a context it is given free at the end.
 
     Args:
-        path: The folder; made if it is not there.
+        path: The folder; made if it is not there or empty.
         identity: What the chunks are of, as plain data.
 
     Raises:
         ParameterError: If the folder is of something else.
-        FtcfaError: If it cannot be written.
+        FtcfaError: If it cannot be written, or another process writes to it.
     """
 
     def __init__(self, path: str | os.PathLike[str], identity: Mapping[str, Any]) -> None:
         self.path = Path(path)
         told = json.dumps(identity, sort_keys=True)
-        if not self.path.exists():
-            self._put("", lambda place: _root(place, told))
+        if not self.path.exists() or _is_empty(self.path):
+            self._make(told)
         self._check(told)
-        for left in self.path.rglob(f"*{UNFINISHED}"):
-            shutil.rmtree(left, ignore_errors=True)
+        self._lock = self._locked()
+        self._tidy()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
+
+    def _make(self, told: str) -> None:
+        """Have the folder made, unless another process is faster."""
+        with self._writing(), _unfinished(self.path) as place:
+            try:
+                _root(place, told)
+                place.rename(self.path)
+            except OSError:
+                if not (self.path / GROUP).exists():
+                    raise
 
     def _check(self, told: str) -> None:
         try:
@@ -59,32 +85,64 @@ class Store:
             ) from error
         if found != told:
             differ = differences(json.loads(str(found)), json.loads(told)) if found else "all"
-            raise ParameterError(
-                str(self.path),
-                f"a store of another experiment (they differ in {differ})",
-                "the one that was begun",
-                "choose another folder, or run the same experiment",
-            )
+            raise self.of_another(f"they differ in {differ}")
 
-    def __iter__(self) -> Iterator[int]:
-        """Numbers of the chunks that are there."""
-        folder = self.path / CHUNKS
-        names = sorted(entry.name for entry in folder.iterdir()) if folder.exists() else []
-        return (int(name) for name in names if name.isdecimal())
+    def of_another(self, reason: str) -> ParameterError:
+        """The error of a store that is of another experiment."""
+        return ParameterError(
+            str(self.path),
+            f"a store of another experiment ({reason})",
+            "the one that was begun",
+            "choose another folder, or run the same experiment",
+        )
 
-    def read(self, chunk: int) -> xr.Dataset:
-        """A chunk that is there."""
-        place = self.path / CHUNKS / f"{chunk:06d}"
-        with xr.open_zarr(place, consolidated=False, chunks=None) as dataset:
-            return dataset.load()
+    def _locked(self) -> BinaryIO:
+        """The right to write, held until the file is closed."""
+        with self._writing():
+            file = (self.path / GROUP).open("r+b")
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                file.close()
+                raise FtcfaError(
+                    str(self.path),
+                    "another process is writing to it",
+                    "",
+                    "wait until it has ended, or choose another folder",
+                ) from error
+        return file
+
+    def _tidy(self) -> None:
+        """Remove what other processes left unfinished: none of them writes while this one does."""
+        beside = self.path.parent.glob(f"{escape(self.path.name)}.{HEX}{UNFINISHED}")
+        for place in (*beside, *self.path.rglob(f"*{UNFINISHED}")):
+            shutil.rmtree(place, ignore_errors=True)
+
+    def read(self, chunk: int) -> xr.Dataset | None:
+        """A chunk, or None if it is not there; of a damaged one a warning tells.
+
+        Damaged is what cannot be read or has another checksum than what was written.
+        """
+        place = self._place(chunk)
+        if not place.exists():
+            return None
+        try:
+            with xr.open_zarr(place, consolidated=False, chunks=None) as dataset:
+                dataset.load()
+        except Exception:  # what a damaged file raises, no library says
+            dataset = xr.Dataset()
+        if dataset.attrs.pop(CHECKSUM, None) == _checksum(dataset):
+            return dataset
+        warnings.warn(f"{place}: damaged; its paths are run again", stacklevel=2)
+        return None
 
     def write(self, chunk: int, dataset: xr.Dataset) -> None:
-        """Write a chunk.
+        """Write a chunk, in place of the one that may be there.
 
         Raises:
             FtcfaError: If it cannot be written; what is there stays.
         """
-        self._put(f"{CHUNKS}/{chunk:06d}", lambda place: _write(dataset, place))
+        self._put(self._place(chunk), dataset.assign_attrs({CHECKSUM: _checksum(dataset)}))
 
     def write_result(self, dataset: xr.Dataset) -> None:
         """Write the summary, in place of the one that may be there.
@@ -92,37 +150,50 @@ class Store:
         Raises:
             FtcfaError: If it cannot be written.
         """
-        self._put(RESULT, lambda place: _write(dataset, place))
+        self._put(self.path / RESULT, dataset)
 
-    def _put(self, name: str, write: Callable[[Path], None]) -> None:
-        """Have a group written and then give it its name."""
-        place = self.path / name
-        unfinished = place.with_name(f"{place.name}.{os.getpid()}{UNFINISHED}")
+    def _place(self, chunk: int) -> Path:
+        return self.path / CHUNKS / f"{chunk:06d}"
+
+    def _put(self, place: Path, dataset: xr.Dataset) -> None:
+        with self._writing(), _unfinished(place) as unfinished:
+            dataset.to_zarr(unfinished, mode="w", consolidated=False, zarr_format=ZARR_FORMAT)
+            _rename(unfinished, place)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """One sentence for whatever keeps us from writing."""
         try:
-            try:
-                unfinished.parent.mkdir(parents=True, exist_ok=True)
-                write(unfinished)
-                _rename(unfinished, place)
-            finally:
-                shutil.rmtree(unfinished, ignore_errors=True)
+            yield
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
             raise FtcfaError(
                 str(self.path),
                 f"cannot be written ({reason})",
                 "",
-                "what is there is whole: make room and run again to go on",
+                "what is there is whole: mend that and run again to go on",
             ) from error
 
 
+def _is_empty(folder: Path) -> bool:
+    return folder.is_dir() and next(folder.iterdir(), None) is None
+
+
 def _root(place: Path, told: str) -> None:
-    group = zarr.open_group(place, mode="w", zarr_format=ZARR_FORMAT)
-    group.attrs.update({"identity": told, "ftcfa_version": version("ftcfa")})
+    attributes = {"identity": told, "ftcfa_version": version("ftcfa")}
+    group = zarr.create_group(place, zarr_format=ZARR_FORMAT, attributes=attributes)
     group.create_group(CHUNKS)
 
 
-def _write(dataset: xr.Dataset, place: Path) -> None:
-    dataset.to_zarr(place, mode="w", consolidated=False, zarr_format=ZARR_FORMAT)
+@contextmanager
+def _unfinished(place: Path) -> Iterator[Path]:
+    """A folder beside a place; if it still has that name at the end, it is removed."""
+    unfinished = place.with_name(f"{place.name}.{uuid4().hex}{UNFINISHED}")
+    try:
+        unfinished.parent.mkdir(parents=True, exist_ok=True)
+        yield unfinished
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _rename(new: Path, place: Path) -> None:
@@ -134,3 +205,15 @@ def _rename(new: Path, place: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
     else:
         new.rename(place)
+
+
+def _checksum(dataset: xr.Dataset) -> int:
+    """Of all names, shapes and numbers; any NaN is like any other."""
+    total = 0
+    for name, rows in sorted(dataset.variables.items(), key=lambda item: str(item[0])):
+        values = rows.values
+        if np.issubdtype(values.dtype, np.floating):
+            values = np.where(np.isnan(values), np.nan, values)
+        total = zlib.crc32(f"{name} {values.dtype} {values.shape}".encode(), total)
+        total = zlib.crc32(values.tobytes(), total)
+    return total
