@@ -1,5 +1,6 @@
 """Many paths through either engine: their robots drawn, a law that cannot be compiled seen to."""
 
+import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
@@ -94,3 +95,23 @@ def samples_of(loop: ClosedLoop, duration: float) -> int:
     if not (number and np.isfinite(duration) and duration >= 0):
         raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
     return round(duration / loop.period) + 1
+
+
+def check_memory(subject: str, needed: int) -> None:
+    """Refuse what would not fit into the machine, before anything is computed.
+
+    Args:
+        subject: What needs it.
+        needed: Bytes.
+
+    Raises:
+        ParameterError: If that is more than half of what there is.
+    """
+    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > present / 2:
+        raise ParameterError(
+            subject,
+            f"{needed / 2**30:.1f} GiB",
+            f"at most half of the machine's {present / 2**30:.1f} GiB",
+            "raise record_every, or run fewer paths at a time",
+        )

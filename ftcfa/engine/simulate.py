@@ -1,6 +1,5 @@
 """`simulate` and `simulate_paths`: a closed loop run over one path or many, as a Dataset."""
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import get_args
 
@@ -10,7 +9,7 @@ import xarray as xr
 
 from ftcfa.arrays import counting
 from ftcfa.engine.dataset import trajectories
-from ftcfa.engine.run import Engine, path_numbers, run_paths, samples_of
+from ftcfa.engine.run import Engine, check_memory, path_numbers, run_paths, samples_of
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.streams import natural
@@ -126,7 +125,7 @@ def _run(
     shapes = loop.signal_shapes()
     names = _signal_names(loop, shapes, signals)
     entries = sum(int(np.prod(shapes[name])) for name in names)
-    _check_memory(entries * len(numbers) * -(-samples // record_every))
+    check_memory("record", 8 * entries * len(numbers) * -(-samples // record_every))
     run = run_paths(loop, samples, record_every, seed, numbers, names, vary, threads, engine)
     time = np.arange(0, samples, record_every) * loop.period
     dataset = trajectories(loop, time, run.paths, numbers, run.varied)
@@ -137,19 +136,6 @@ def _run(
         "engine": run.engine,
     }
     return dataset
-
-
-def _check_memory(entries: int) -> None:
-    """Refuse a record that would not fit, before anything is computed."""
-    needed = 8 * entries
-    present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    if needed > present / 2:
-        raise ParameterError(
-            "record",
-            f"{needed / 2**30:.1f} GiB",
-            f"at most half of the machine's {present / 2**30:.1f} GiB",
-            "raise record_every, or run fewer paths at a time",
-        )
 
 
 def _signal_names(

@@ -45,7 +45,7 @@ def run_on_cluster(
     text = json.dumps(self_contained(document(loop)))
     told = json.dumps(describe(plan))
     _check_workers(client)
-    queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed()
+    queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed(loop=client.loop)
 
     def submit() -> None:
         threads = max(1, sum(client.ncores().values()))

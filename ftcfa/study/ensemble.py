@@ -12,14 +12,22 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import counting
-from ftcfa.engine.run import path_numbers, samples_of
+from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.describe import describe, provenance
-from ftcfa.study.chunk import Plan, Tally, count_chunk, run_chunk, simulate_chunk
+from ftcfa.study.chunk import (
+    Plan,
+    Tally,
+    count_chunk,
+    quantities,
+    run_chunk,
+    simulate_chunk,
+)
 from ftcfa.study.cluster import run_on_cluster
 from ftcfa.study.estimate import CONFIDENCE, probability
+from ftcfa.study.sketch import BINS
 from ftcfa.study.store import Store
 from ftcfa.study.summary import QUANTILES, summarise
 
@@ -97,7 +105,9 @@ def ensemble(
         )
     whole = path_numbers(trajectories)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
-    tally = Tally(len(plan.times(loop)), loop.arm.n)
+    times = len(plan.times(loop))
+    check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
+    tally = Tally(times, loop.arm.n)
     with nullcontext() if store is None else Store(store, _identity(loop, plan)) as place:
         try:
             with _Bookkeeper(tally, place) as books:
