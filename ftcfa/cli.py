@@ -388,7 +388,7 @@ def compare(
     ] = "rivals",
     controller: Annotated[
         list[str] | None,
-        typer.Option(help="A law to compare, the first with all others; repeatable."),
+        typer.Option(help="A law to compare with the file's; repeatable. All by default."),
     ] = None,
     paths: Annotated[int | None, typer.Option(help="How many, for the file's.")] = None,
     duration: Annotated[
@@ -400,9 +400,10 @@ def compare(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare controllers under the same noise: means, and paired differences from the first."""
+    """Compare a loop with others under the same noise: means, and paired differences."""
     from rich.console import Console
 
+    from ftcfa.errors import ParameterError
     from ftcfa.experiment import Experiment, load_experiment
     from ftcfa.report.comparison import comparison_files, comparison_record, print_comparison
     from ftcfa.report.files import make_folder, write_whole
@@ -417,6 +418,8 @@ def compare(
     _check_threads(threads)
     if out is not None:
         make_folder(out)
+    if controller and against != "rivals":
+        raise ParameterError("--controller", ", ".join(controller), "it with --against rivals")
     if against == "rivals":
         loops = variants.rivals(told.loop, controller)
     else:

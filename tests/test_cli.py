@@ -565,11 +565,11 @@ def test_compare_of_chosen_laws(capsys, tmp_path) -> None:
     laws = ("--controller", "ftcf", "--controller", "pd-gravity")
     assert call("compare", *laws, "--paths", "8", "--duration", "0.1", "--out", str(tmp_path)) == 0
     shown = capsys.readouterr()
-    assert "pd-gravity against ftcf: " in shown.out
+    assert "pd-gravity against as given: " in shown.out
     assert shown.err == ""
     assert imread(tmp_path / "comparison.png").std() > 0.01
     record = json.loads((tmp_path / "summary.json").read_text())
-    assert [row["loop"] for row in record["loops"]] == ["ftcf", "pd-gravity"]
+    assert [row["loop"] for row in record["loops"]] == ["as given", "ftcf", "pd-gravity"]
 
 
 def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
@@ -585,7 +585,10 @@ def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
     ("words", "told"),
     [
         (("--controller", "pid"), "controller 'pid': unknown name, expected one of: ftcf, "),
-        (("--controller", "ftcf"), "compare: 1 loops, expected two or more, by name"),
+        (
+            ("--against", "ablations", "--controller", "ftcf"),
+            "--controller: ftcf, expected it with",
+        ),
         (("--out", "/dev/null/x"), "cannot be written"),
     ],
 )

@@ -23,9 +23,11 @@ HEADERS = {
     "effort": "effort\n%",
     "torque_rate": "rate\n1/s",
     "saturated": "satur.\n%",
+    "unsettled": "unsettled\n%",
+    "diverged": "dead\n%",
 }
 """Columns of the table; the other metrics are in the record."""
-PERCENT = ("effort", "saturated")
+PERCENT = ("effort", "saturated", "unsettled", "diverged")
 LINE, HEAD = 0.24, 1.2
 """Height of a loop in the figure, and of what is around the panels [in]."""
 SHOWN = ("settling_time", "rms_error", "effort", "torque_rate")
@@ -64,16 +66,14 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
 
 def print_comparison(dataset: xr.Dataset, console: Console) -> None:
     """The table: means over the paths that did not diverge, * where they differ from the first."""
-    paths = dataset.sizes["path"]
     table = plain_table()
     table.add_column("loop", overflow="fold")
-    for header in (*HEADERS.values(), "settled\n%", "dead"):
+    for header in HEADERS.values():
         table.add_column(header, justify="right", no_wrap=True)
     for name in dataset["loop"].values:
         one = dataset.sel(loop=name)
         cells = [_cell(one, metric) for metric in HEADERS]
-        settled = f"{100 * int(one['settled']) / paths:.1f}"
-        table.add_row(str(name), *cells, settled, str(int(one["diverged"])))
+        table.add_row(str(name), *cells)
     print_fitted(table, console)
     for sentence in sentences(dataset):
         console.print(sentence, markup=False, highlight=False)
@@ -82,21 +82,26 @@ def print_comparison(dataset: xr.Dataset, console: Console) -> None:
 def sentences(dataset: xr.Dataset) -> list[str]:
     """What the table means, and which differences are significant."""
     told, first = dataset.attrs, str(dataset["loop"].values[0])
+    differs = ",".join(map(str, dataset["differs"].values))
+    apart = sorted({word.split(".")[0].strip() for word in differs.split(",")} - {""})
     lines = [
         f"{dataset.sizes['path']} paths of {told['duration']:g} s with the same noise for all; "
-        f"errors from {told['after']:g} s on; settled is below {told['tolerance']:g}. Means over "
-        "the paths that did not diverge; * differs significantly from the first "
-        f"(paired, all differences together with confidence {told['confidence']:g})."
+        f"errors from {told['after']:g} s on; settled is below {told['tolerance']:g}, and what "
+        f"never is counts with {told['duration']:g} s. Means over the paths that did not diverge; "
+        "* differs significantly from the first (paired, all differences together with confidence "
+        f"{told['confidence']:g}). The loops differ in their {', '.join(apart) or 'names'} only."
     ]
     for name in dataset["loop"].values[1:]:
         one = dataset.sel(loop=name)
         better = [m for m in HEADERS if one["significant"].sel(metric=m) and _change(one, m) < 0]
         worse = [m for m in HEADERS if one["significant"].sel(metric=m) and _change(one, m) > 0]
         words = [
-            f"{word} {', '.join(metrics).replace('_', ' ')}"
+            f"{word} {', '.join(_told(one, metric) for metric in metrics)}"
             for word, metrics in (("lower", better), ("higher", worse))
             if metrics
         ]
+        if np.isnan(one["difference"].sel(metric=list(HEADERS))).any():
+            words.append("the rest is not comparable, no pair of paths lived")
         found = "; ".join(words) or "no significant difference"
         lines.append(f"{name} against {first}: {found}.")
     return lines
@@ -154,6 +159,13 @@ def _cell(one: xr.Dataset, metric: str) -> str:
     mean = float(one["mean"].sel(bound="estimate", metric=metric))
     star = "*" if bool(one["significant"].sel(metric=metric)) else ""
     return f"{mean * (100 if metric in PERCENT else 1):.3g}{star}"
+
+
+def _told(one: xr.Dataset, metric: str) -> str:
+    """A metric and the interval of its difference from the first."""
+    scale, unit = (100.0, "%") if metric in PERCENT else (1.0, METRICS[metric][0])
+    low, high = sorted(abs(scale * one["difference"].sel(metric=metric).values[1:]))
+    return f"{metric.replace('_', ' ')} by {low:.3g} to {high:.3g} {unit}"
 
 
 def _change(one: xr.Dataset, metric: str) -> float:

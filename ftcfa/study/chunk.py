@@ -12,6 +12,7 @@ import xarray as xr
 from ftcfa.arrays import Array, counting, positive
 from ftcfa.control.protocol import Signals
 from ftcfa.engine.run import Run, run_paths, samples_of
+from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.metrics import PathMetrics
 from ftcfa.streams import natural
@@ -58,6 +59,9 @@ class Plan:
         natural("record_every", self.record_every)
         positive("tolerance", self.tolerance, "[rad or m]")
         counting("chunk", self.chunk)
+        if self.after is not None and not 0 <= self.after < self.duration:
+            limits = f"a number from 0 to below the {self.duration:g} s of a run"
+            raise ParameterError("after", repr(self.after), limits)
 
     def watched(self, loop: ClosedLoop) -> ClosedLoop:
         """The loop with an observer that counts what each path amounts to.

@@ -17,6 +17,7 @@ from ftcfa.loop.describe import describe, differences
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.estimate import CONFIDENCE
 from ftcfa.study.moments import Moments, paired_differences
+from ftcfa.study.proportions import proportion
 from ftcfa.study.quantiles import sample_quantile
 from ftcfa.study.summary import BOUNDS, QUANTILES
 
@@ -28,9 +29,13 @@ METRICS = {
     "effort": ("1", "rms torque over its limit, rms over the joints"),
     "torque_rate": ("1/s", "rms torque rate over the torque limit, rms over the joints"),
     "saturated": ("1", "share of samples at which some joint asked for more than its limit"),
+    "unsettled": ("1", "1 for a path that does not settle, or diverges"),
+    "diverged": ("1", "1 for a path that diverges"),
     "energy": ("J", "time integral of |u v|, summed over the joints"),
 }
 """What loops are compared by."""
+SHARES = ("unsettled", "diverged")
+"""Those that are yes or no for each path."""
 
 
 def compare(
@@ -64,7 +69,12 @@ def compare(
     Raises:
         ParameterError: If there are fewer than two loops, or they have other joints.
     """
+    if not isinstance(loops, Mapping):
+        raise ParameterError("compare", f"a {type(loops).__name__}", "loops by name, a dictionary")
     names = list(loops)
+    for name, loop in loops.items():
+        if not isinstance(loop, ClosedLoop):
+            raise ParameterError(f"compare '{name}'", f"a {type(loop).__name__}", "a ClosedLoop")
     if len(names) < 2:
         raise ParameterError("compare", f"{len(names)} loops", "two or more, by name")
     joints = {loop.arm.joint_names for loop in loops.values()}
@@ -74,6 +84,8 @@ def compare(
     for number, loop in enumerate(loops.values()):
         done = _told(progress, number * paths, len(names) * paths)
         run = ensemble(loop, paths, duration, confidence=confidence, progress=done, **options)
+        if run.sizes["path"] < paths:
+            raise KeyboardInterrupt  # the ensemble was
         values.append(_values(run, loop))
         settled.append(int(np.isfinite(run["settling_time"]).sum()))
         diverged.append(run.attrs["diverged"])
@@ -116,6 +128,8 @@ def _values(run: xr.Dataset, loop: ClosedLoop) -> Array:
             over_limit("rms_torque"),
             over_limit("rms_torque_rate"),
             run["saturated"].values,
+            1.0 - np.isfinite(run["settling_time"].values),
+            1.0 * np.isfinite(run["diverged_at"].values),
             run["energy"].values,
         ]
     )
@@ -126,16 +140,14 @@ def _statistics(rows: Array, confidence: float) -> xr.Dataset:
     moments = [Moments.of(row.T).survivors() for row in rows]
     mean = [np.stack(one.skewness_corrected(confidence)) for one in moments]
     joint = 1.0 - (1.0 - confidence) / max(1, (len(rows) - 1) * rows.shape[1])
-    difference = [
-        np.stack(paired_differences(row.T, rows[0].T).survivors().student(joint)) for row in rows
-    ]
-    low, high = (np.stack(difference)[:, k] for k in (1, 2))
+    difference = np.stack([_difference(row, rows[0], joint) for row in rows])
+    low, high = difference[:, 1], difference[:, 2]
     quantiles = [[_quantiles(values) for values in row] for row in rows]
     dims = ("loop", "bound", "metric")
     return xr.Dataset(
         {
             "mean": (dims, np.stack(mean)),
-            "difference": (dims, np.stack(difference)),
+            "difference": (dims, difference),
             "significant": (("loop", "metric"), (low > 0) | (high < 0)),
             "quantiles": (("loop", "metric", "quantile"), np.array(quantiles)),
             "values": (("loop", "metric", "path"), rows),
@@ -147,6 +159,29 @@ def _statistics(rows: Array, confidence: float) -> xr.Dataset:
             "quantile": list(QUANTILES),
         },
     )
+
+
+def _difference(values: Array, first: Array, confidence: float) -> Array:
+    """Paired differences of metrics, shape (metric, path), with intervals: (bound, metric)."""
+    pairs = paired_differences(values.T, first.T).survivors()
+    difference = np.stack(pairs.skewness_corrected(confidence))
+    for share in SHARES:
+        index = list(METRICS).index(share)
+        difference[:, index] = _paired_shares(values[index], first[index], confidence)
+    return difference
+
+
+def _paired_shares(values: Array, first: Array, confidence: float) -> Array:
+    """Difference of two shares over the same paths, estimate, low and high.
+
+    Of the pairs that differ, one way or the other, Clopper and Pearson's interval of one way's
+    share; it excludes a half just where McNemar's exact test rejects equality.
+    """
+    more, less = int(np.sum(values > first)), int(np.sum(values < first))
+    if more + less == 0:
+        return np.zeros(3)
+    share = np.stack(proportion(more, more + less, confidence))
+    return (2.0 * share - 1.0) * (more + less) / len(values)
 
 
 def _quantiles(values: Array) -> Array:

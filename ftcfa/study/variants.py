@@ -1,5 +1,6 @@
 """What to compare a loop with: its rivals, itself less an ingredient, harder conditions."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import cast
@@ -18,26 +19,34 @@ PERIODS = (2, 4)
 LEVELS = (2, 4)
 """Stronger vibration, as factors of its amplitude."""
 INERTIA_ERROR = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
+OF_URDF = ("slotine-li",)
+"""Laws that need the regressor of an Arm."""
 PAYLOAD = 0.1
 """Of the moving mass, at the tip."""
 
 
-def rivals(loop: ClosedLoop, names: Iterable[str] | None = None) -> dict[str, ClosedLoop]:
-    """The loop under other laws, each with its defaults on the same nominal arm.
+def rivals(loop: ClosedLoop, names: str | Iterable[str] | None = None) -> dict[str, ClosedLoop]:
+    """The loop as given, then under other laws on the same nominal arm.
+
+    The others have the defaults of one rule, that of `ftcfa.control.rivals`: they pull like FTCF
+    with the paper's gains.
 
     Args:
         loop: The loop; its law's nominal arm is that of all.
-        names: Of `ftcfa.control.rivals.CONTROLLERS`; all of them by default.
+        names: Of `ftcfa.control.rivals.CONTROLLERS`; by default all that the arm allows.
 
     Raises:
         UnknownNameError: If there is no law of a name; it lists those there are.
     """
     nominal = getattr(loop.controller, "nominal", loop.arm)
-    chosen = list(CONTROLLERS) if names is None else list(names)
+    if names is None:
+        names = [n for n in CONTROLLERS if n not in OF_URDF or isinstance(nominal, Arm)]
+    chosen = [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in CONTROLLERS:
             raise UnknownNameError("controller", str(name), tuple(CONTROLLERS))
-    return {name: replace(loop, controller=CONTROLLERS[name](nominal)) for name in chosen}
+    others = {name: replace(loop, controller=CONTROLLERS[name](nominal)) for name in chosen}
+    return {AS_GIVEN: loop, **others}
 
 
 def ablations(loop: ClosedLoop) -> dict[str, ClosedLoop]:
@@ -57,8 +66,9 @@ def ablations(loop: ClosedLoop) -> dict[str, ClosedLoop]:
 def conditions(loop: ClosedLoop) -> dict[str, ClosedLoop]:
     """The loop as given, then under one harder condition at a time.
 
-    Longer periods, stronger vibration, robots that are not quite the model, and a payload of a
-    tenth of the moving mass at the tip, of which the law knows nothing.
+    Longer periods, stronger vibration, robots whose masses are spread by 20 % more than they
+    are (centres by 1 cm, shapes by 10 %), and a payload of a tenth of the moving mass at the tip,
+    of which the law knows nothing.
     """
     harder = {
         f"period x {k}": replace(loop, period=k * loop.period, substeps=k * loop.substeps)
@@ -70,6 +80,15 @@ def conditions(loop: ClosedLoop) -> dict[str, ClosedLoop]:
         harder[f"vibration x {k}"] = replace(loop, vibration=louder)
     if isinstance(loop.arm, Arm):
         mass = PAYLOAD * loop.arm.moving_mass
-        harder["inertias to 20 %"] = replace(loop, uncertainty=INERTIA_ERROR)
-        harder["payload"] = replace(loop, uncertainty=Uncertainty(payload=(mass, mass)))
+        known = loop.uncertainty or Uncertainty()
+        wider = replace(
+            known,
+            mass=math.hypot(known.mass, INERTIA_ERROR.mass),
+            centre=math.hypot(known.centre, INERTIA_ERROR.centre),
+            shape=math.hypot(known.shape, INERTIA_ERROR.shape),
+        )  # variances add
+        harder["inertias less known"] = replace(loop, uncertainty=wider)
+        if known.payload is None:
+            laden = replace(known, payload=(mass, mass))
+            harder["payload"] = replace(loop, uncertainty=laden)
     return {AS_GIVEN: loop, **harder}

@@ -26,7 +26,7 @@ CHUNK = 256
 WORST = 5
 """How many of the worst paths are named."""
 REASONS = {
-    "settling_time": "settling time",
+    "late_peak_error": "error",
     "peak_torque": "torque",
     "peak_torque_rate": "torque rate",
 }
@@ -81,7 +81,7 @@ class Specification:
 
     def limits(self, n: int) -> dict[str, Array]:
         """Largest allowed values of metrics for n joints, shape (1,) or (n,)."""
-        limits = {"settling_time": np.array([self.within])}
+        limits = {"late_peak_error": np.array([self.error])}
         for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
             limit = getattr(self, name)
             if limit is not None:
@@ -98,7 +98,7 @@ class WorstPath:
     reason: str
     """What it did."""
     excess: float
-    """How far it went, relative to the limit; inf if it diverged or never settled."""
+    """How far it went, relative to the limit; inf if it diverged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ def verify(
     samples = samples_of(loop, duration)
     specification.check(loop, duration)
     limits = specification.limits(loop.arm.n)
-    watched = replace(loop, observer=PathMetrics(specification.error))
+    watched = replace(loop, observer=PathMetrics(specification.error, specification.within))
     beta = 1 - specification.confidence
     test = SequentialTest(specification.share, beta, specification.budget)
     excess, died, verdict = np.zeros((len(limits), 0)), np.zeros(0), test.judge([])
@@ -217,7 +217,7 @@ def _reason(excess: Array, died: float, names: Sequence[str]) -> str:
     if np.isfinite(died):
         return f"diverges at {died:.4g} s"
     broken = [
-        "does not settle" if np.isinf(value) else f"{REASONS[name]} {value:.3g} times its limit"
+        f"{REASONS[name]} {value:.3g} times its limit"
         for name, value in zip(names, excess, strict=True)
         if value > 1.0
     ]

@@ -18,7 +18,8 @@ from ftcfa import (
     load_arm,
     simulate_paths,
 )
-from ftcfa.study.comparison import METRICS, compare
+from ftcfa.report.comparison import sentences
+from ftcfa.study.comparison import METRICS, SHARES, compare
 
 PATHS, DURATION = 40, 1.0
 ARM = load_arm("double_pendulum", gravity=9.8)
@@ -75,16 +76,20 @@ def test_metrics_are_those_of_the_full_records(loops, result, records):
 
 
 def test_differences_are_paired_and_hold_together(result):
-    """SciPy's paired t interval at Bonferroni's level, for each metric and loop."""
+    """Near SciPy's paired t interval at Bonferroni's level, which knows of no skewness."""
     together = 1 - 0.05 / (2 * len(METRICS))
     for metric in METRICS:
+        if metric in SHARES:
+            continue
         first, second = (result["values"].sel(loop=n, metric=metric).values for n in NAMES)
         if np.ptp(second - first) == 0:
             continue
         interval = stats.ttest_rel(second, first).confidence_interval(together)
         got = result["difference"].sel(loop="asymptotic", metric=metric).values
-        np.testing.assert_allclose(got[1:], interval, rtol=1e-9)
-        excludes_zero = interval.low > 0 or interval.high < 0
+        width = interval.high - interval.low
+        np.testing.assert_allclose(got[1:], interval, rtol=0, atol=0.5 * width)
+        assert got[0] == pytest.approx(np.mean(second - first))
+        excludes_zero = got[1] > 0 or got[2] < 0
         assert result["significant"].sel(loop="asymptotic", metric=metric) == excludes_zero
 
 
@@ -110,11 +115,26 @@ def test_the_finite_time_law_settles_sooner(result):
 def test_a_path_that_diverged_is_the_worst_of_all(loops):
     strong = load_arm("double_pendulum", effort_limit=1e9)
     free = replace(loops["finite-time"], arm=strong, controller=Thrown())
-    found = compare({"sound": loops["finite-time"], "thrown": free}, 8, 0.5)
-    assert found["diverged"].values.tolist() == [0, 8]
-    assert np.all(np.isnan(found["mean"].sel(loop="thrown")))
-    assert np.all(np.isinf(found["quantiles"].sel(loop="thrown")))
-    assert not found["significant"].any()
+    found = compare({"sound": loops["finite-time"], "thrown": free}, 16, 0.5)
+    assert found["diverged"].values.tolist() == [0, 16]
+    living = [metric for metric in METRICS if metric not in SHARES]
+    assert np.all(np.isnan(found["mean"].sel(loop="thrown", metric=living)))
+    assert np.all(np.isinf(found["quantiles"].sel(loop="thrown", metric=living)))
+    difference = found["difference"].sel(loop="thrown", metric="diverged")
+    assert difference.sel(bound="estimate") == 1.0
+    assert found["significant"].sel(loop="thrown", metric="diverged")
+    assert not found["significant"].sel(metric=living).any()
+    assert "not comparable" in sentences(found)[1]
+
+
+def test_shares_are_compared_by_mcnemars_exact_test(result):
+    """Of forty pairs, those of which one settles and the other does not."""
+    first, second = (result["values"].sel(loop=n, metric="unsettled").values for n in NAMES)
+    more, less = np.sum(second > first), np.sum(second < first)
+    p = stats.binomtest(int(more), int(more + less)).pvalue
+    got = result["difference"].sel(loop="asymptotic", metric="unsettled").values
+    assert got[0] == pytest.approx(np.mean(second - first))
+    assert (p < 0.05 / (2 * len(METRICS))) == (got[1] > 0)
 
 
 class Thrown:
