@@ -844,6 +844,68 @@ BROKEN = {
             "expected one of: A, B, C, D, E, F"
         ],
     ),
+    "required values out of range among others": (
+        FILE,
+        """
+duration = -1
+paths = 0
+seed = -1
+tolerance = -0.5
+quantiles = [0.5, 2.0]
+[arm]
+robot = "double_pendulum"
+[controller]
+type = "FTCF"
+[reference]
+type = "Constant"
+q = "hom"
+[vibration]
+input = { type = "BaseAcceleration", axes = "x" }
+excitation = { type = "SineSweep", amplitude = 0.1, start = -5, stop = -5, duration = 0 }
+[specification]
+error = -1
+within = 0
+share = 2
+""",
+        [
+            "e.toml: [reference] q: 'hom', expected numbers or \"home\"",
+            "e.toml: [vibration.excitation] start: -5.0, expected a number > 0 [Hz]",
+            "e.toml: [vibration.excitation] stop: -5.0, expected a number > 0 [Hz]",
+            "e.toml: [vibration.excitation] duration: 0.0, expected a number > 0 [s]",
+            "e.toml: [specification] error: -1.0, expected a number > 0 [rad or m]",
+            "e.toml: [specification] within: 0.0, expected a number > 0 [s]",
+            "e.toml: [specification] share: 2.0, expected a number between 0 and 1; "
+            "give 0.02 for 2 percent",
+            "e.toml: duration: -1.0, expected a number >= 0 [s]",
+            "e.toml: paths: 0, expected an integer >= 1",
+            "e.toml: seed: -1, expected an integer from 0 to 2^64 - 1",
+            "e.toml: tolerance: -0.5, expected a number > 0 [rad or m]",
+            "e.toml: quantiles: 2.0, expected a number between 0 and 1; give 0.02 for 2 percent",
+        ],
+    ),
+    "what stands in for a number is not to blame": (
+        'type = "WhiteNoise", intensity = 0.2',
+        'type = "SineSweep", amplitude = 0.1, start = -5, stop = 0.001, duration = 1',
+        ["e.toml: [vibration.excitation] start: -5.0, expected a number > 0 [Hz]"],
+    ),
+    "what stands in for an arm is not to blame": (
+        FILE,
+        """
+duration = 1.0
+[arm]
+robot = "ur55"
+[controller]
+type = "SlotineLi"
+leakage = -1
+[reference]
+type = "Constant"
+q = "home"
+""",
+        [
+            f"e.toml: [arm] robot: 'ur55', expected one of: {ROBOTS}; did you mean 'ur5'?",
+            "e.toml: [controller] leakage: -1.0, expected a number > 0 [1/s]",
+        ],
+    ),
     "several": (
         FILE,
         """

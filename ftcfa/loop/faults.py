@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NoReturn
 
 from ftcfa.errors import FtcfaError, ParameterError, UnknownNameError
-from ftcfa.loop.kinds import did_you_mean, one_of, shown
+from ftcfa.loop.kinds import HOME, did_you_mean, one_of, shown
 
 Keys = tuple[str, ...]
 """Where something stands: the names of the tables on the way to it, then its key."""
@@ -89,7 +89,9 @@ class Faults:
             remedy = did_you_mean(value, error.known)
             self.note(at, shown(value), one_of(error.known), remedy, table)
         elif words[-1] == named[0]:
-            self.note(at, error.got, error.expected, error.remedy, table)
+            posture = isinstance(value, str) and error.expected == "numbers"
+            wanted = f'numbers or "{HOME}"' if posture else error.expected
+            self.note(at, error.got, wanted, error.remedy, table)
         else:
             self.note(at, str(error), table=table)
 
@@ -104,12 +106,20 @@ def refusal(call: Callable[..., Any], values: Mapping[str, Any]) -> FtcfaError |
 
 
 def guilty(
-    call: Callable[..., Any], values: Mapping[str, Any], error: FtcfaError, names: Iterable[str]
+    call: Callable[..., Any],
+    values: Mapping[str, Any],
+    error: FtcfaError,
+    names: Iterable[str],
+    instead: Mapping[str, Any],
 ) -> str | None:
-    """Of some values the one without which the error is gone, or at least another."""
+    """Of some values the one without which the error is gone, or at least another.
+
+    Some cannot be left out but have a sound value ``instead``.
+    """
     changed = None
-    for name in names:
-        rest = refusal(call, {key: it for key, it in values.items() if key != name})
+    for name in (*names, *instead):
+        others = {key: it for key, it in values.items() if key != name}
+        rest = refusal(call, {**others, **({name: instead[name]} if name in instead else {})})
         if rest is None:
             return name
         if changed is None and str(rest) != str(error):

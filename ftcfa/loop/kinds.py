@@ -14,6 +14,8 @@ from ftcfa.loop.parts import choices
 
 MAX_SHOWN = 60
 """Characters of a wrong value that a message shows."""
+HOME = "home"
+"""Stands for the arm's home posture wherever numbers, one a joint, are expected."""
 EXPECTED: Mapping[Any, str] = {
     bool: "true or false",
     float: "a number",

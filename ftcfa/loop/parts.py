@@ -9,7 +9,7 @@ import types
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -104,15 +104,22 @@ OTHERWISE: Mapping[type, tuple[str, Callable[..., Any]]] = {
 }
 """What else makes a part, and the key by which a table asks for it."""
 
+
+def _arm() -> Arm:
+    return load_arm("double_pendulum")
+
+
 STAND_INS: Mapping[Any, Callable[[], Any]] = {
-    Dynamics: PaperPendulum,
-    Controller: lambda: FTCF(PaperPendulum()),
+    Dynamics: _arm,
+    Controller: lambda: FTCF(_arm()),
     Reference: lambda: Constant([0.0, 0.0]),
     NoiseInput: lambda: BaseAcceleration("xz"),
     Excitation: WhiteNoise,
-    ClosedLoop: lambda: ClosedLoop(PaperPendulum(), FTCF(PaperPendulum()), Constant([0.0, 0.0])),
+    ClosedLoop: lambda: ClosedLoop(_arm(), FTCF(_arm()), Constant([0.0, 0.0])),
 }
 """What takes the place of a broken part while the rest is checked."""
+SPARES: Mapping[Any, tuple[Any, Any]] = {float: (1e-3, 1e3), int: (1, 1000)}
+"""The same for numbers, twice: what is wrong with the rest is wrong with either."""
 
 
 class Parameter(NamedTuple):
@@ -196,4 +203,16 @@ def stand_ins(required: Mapping[str, Parameter]) -> dict[str, Any]:
         for one in alternatives(parameter.hint):
             if one in STAND_INS:
                 found[name] = STAND_INS[one]()
+    return found
+
+
+def spares(required: Mapping[str, Parameter]) -> dict[str, tuple[Any, Any]]:
+    """Two sound values, far apart, for those names that ask for numbers or words."""
+    found = {}
+    for name, parameter in required.items():
+        for one in alternatives(parameter.hint):
+            if one in SPARES:
+                found[name] = SPARES[one]
+            elif get_origin(one) is Literal:
+                found[name] = (get_args(one)[0], get_args(one)[-1])
     return found

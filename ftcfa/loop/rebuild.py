@@ -11,6 +11,7 @@ from ftcfa.errors import FtcfaError, ShapeError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.faults import Broken, ExperimentError, Faults, Keys, guilty, refusal
 from ftcfa.loop.kinds import (
+    HOME,
     did_you_mean,
     expected,
     fits,
@@ -28,6 +29,7 @@ from ftcfa.loop.parts import (
     choices,
     element,
     parameters,
+    spares,
     stand_ins,
 )
 from ftcfa.model.arm import Arm
@@ -37,9 +39,6 @@ from ftcfa.model.dynamics import Dynamics
 Made = TypeVar("Made")
 Read = Callable[[Any, Keys], Any]
 """What reads something that stands at some keys, and raises `Broken` if it cannot."""
-
-HOME = "home"
-"""Stands for the arm's home posture wherever numbers, one a joint, are expected."""
 
 
 def rebuild(cls: type[Made], told: Mapping[str, Any], file: str, folder: Path) -> Made:
@@ -270,21 +269,32 @@ class _Reader(Faults):
     ) -> None:
         """Note what a part refuses of the values that could be read, one after the other.
 
-        Once something is ``lacking``, what may be refused only because of that is left aside.
+        Once something is ``lacking``, what may be refused only because of that is left aside, and
+        so is what is refused only because of the value that stands in for a required one.
         """
         required = {name: it for name, it in known.items() if it.required}
+        spare, away = spares(required), set[str]()
         if not sound.keys() >= required.keys():
             plain = {k: it for k, it in sound.items() if not isinstance(told.get(k, {}), dict)}
-            sound = {**plain, **stand_ins(required)}
+            away = spare.keys() - sound.keys()
+            sound = {**plain, **stand_ins(required), **{k: spare[k][0] for k in away}}
             if not sound.keys() >= required.keys():
                 return
         while (error := refusal(call, sound)) is not None:
-            name = guilty(call, sound, error, [key for key in sound if key not in required])
+            optional = [key for key in sound if key not in required]
+            instead = {key: it for key, (it, _) in spare.items() if key not in away}
+            name = guilty(call, sound, error, optional, instead)
+            other = refusal(call, {**sound, **{key: spare[key][1] for key in away}})
+            genuine = str(other) == str(error)
             if name is None:
-                if not lacking or isinstance(call, type):
+                if genuine and (not lacking or isinstance(call, type)):
                     self.blame(error, list(required), told, keys)
                 return
-            if not (lacking and (isinstance(error, ShapeError) or isinstance(told[name], dict))):
-                self.blame(error, [name], told, keys)
+            follows = isinstance(error, ShapeError) or isinstance(told[name], dict)
+            if genuine and not (lacking and follows):
+                self.blame(error, list(required) if name in spare else [name], told, keys)
             lacking = True
             sound = {key: it for key, it in sound.items() if key != name}
+            if name in spare:
+                away = {*away, name}
+                sound[name] = spare[name][0]

@@ -245,7 +245,11 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     answer = "is not below" if reached is None else "stays below"
     since = "at the end" if reached is None else f"from {reached:g} s on"
     epsilon = f" epsilon = tolerance^2 = {practical['epsilon']:.4g} {unit} {since}"
-    return [*facts, ("Definition 1", bound + answer + epsilon)]
+    single = record["paths"] == 1
+    return [
+        *facts,
+        ("Definition 1", "one path gives no interval" if single else bound + answer + epsilon),
+    ]
 
 
 def _paths(record: Mapping[str, Any]) -> str:

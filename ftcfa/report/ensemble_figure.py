@@ -44,7 +44,7 @@ def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Fig
         f"{title}\n", x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False
     )
     for ax in (square, fan, torque):
-        ax.set_xlim(0, dataset.attrs["duration"])
+        ax.set_xlim(0, dataset.attrs["duration"] or None)
     figure.text(0.01, 1 - 0.28 / SIZE[1], _note(dataset), fontsize=8.5, color=GREY, va="top")
     _draw_mean_square(square, dataset)
     _draw_errors(fan, dataset)
@@ -153,7 +153,7 @@ def _draw_settling(ax: Axes, dataset: xr.Dataset) -> None:
     unit = dataset["ote_mean"].attrs["units"]
     ax.set_title(f"settled to within {dataset.attrs['tolerance']:g} {unit} until the end")
     ax.set_ylabel("share of paths")
-    ax.set_xlim(0, end)
+    ax.set_xlim(0, end or None)
     ax.set_ylim(-0.03, 1.03)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
     lines = [f"{found.settled:,} settled"]

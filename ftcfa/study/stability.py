@@ -15,8 +15,9 @@ def practical_settling_time(
         E|z1(t)|^2 < epsilon   for all recorded t >= T
 
     Only the recorded times are looked at, and nothing is said of what follows the last. With the
-    upper ends of two-sided intervals of confidence c the statement at each single time has
-    confidence (1 + c)/2; for all k times together take 1 - (1 - c)/k in place of c (Bonferroni).
+    upper ends of two-sided intervals of confidence c, T has confidence (1 + c)/2 for all recorded
+    times together: it is wrong only if the bound is below epsilon, too, at the latest recorded time
+    with E|z1|^2 >= epsilon, which is one fixed time.
 
     Args:
         time: Rising, shape (k,) [s].

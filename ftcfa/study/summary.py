@@ -14,8 +14,10 @@ from ftcfa.arrays import Array
 from ftcfa.engine.dataset import UNITS, attributes
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
+from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.describe import provenance
+from ftcfa.loop.faults import ExperimentError
 from ftcfa.loop.metrics import UNITS as METRICS
 from ftcfa.loop.rebuild import rebuild
 from ftcfa.study.chunk import PER_JOINT, Plan, Tally
@@ -98,11 +100,18 @@ def replay(
         engine: As in `simulate`.
 
     Raises:
-        ExperimentError: If the loop cannot be made of what the dataset tells.
+        ParameterError: If the loop cannot be made of what the dataset tells.
     """
     told = dataset.attrs
     if loop is None:
-        loop = rebuild(ClosedLoop, json.loads(told["experiment"]), "experiment", Path())
+        try:
+            loop = rebuild(ClosedLoop, json.loads(told["experiment"]), "experiment", Path())
+        except ExperimentError as error:
+            raise ParameterError(
+                "replay",
+                "a dataset that does not tell all of its loop",
+                remedy="give loop=, the loop that ran",
+            ) from error
     return simulate(
         loop, told["duration"], seed=int(told["seed"]), path=path, signals="all", engine=engine
     )

@@ -10,6 +10,7 @@ from ftcfa import (
     BaseAcceleration,
     ClosedLoop,
     Constant,
+    ParameterError,
     Sinusoid,
     Vibration,
     WhiteNoise,
@@ -168,6 +169,15 @@ def test_every_variable_has_units_and_the_whole_says_how_to_run_it_again(dataset
     again = replay(dataset, path)
     late = again.ote.where(again.time >= AFTER - 5e-4, drop=True)
     assert float(late.max()) == pytest.approx(float(dataset.late_peak_error.max()))
+
+
+def test_a_loop_of_ones_own_is_asked_for_where_it_is_to_be_replayed(half_dead):
+    with pytest.raises(ParameterError, match="give loop=, the loop that ran"):
+        replay(half_dead, 0)
+    path = int(np.flatnonzero(np.isnan(half_dead.diverged_at.values))[0])
+    again = replay(half_dead, path, loop=dying())
+    late = again.ote.where(again.time >= 0.15 - 5e-4, drop=True)
+    assert float(late.max()) == pytest.approx(float(half_dead.late_peak_error[path]))
 
 
 def test_variables_are_in_one_order_wherever_chunks_come_from(dataset, tmp_path):
