@@ -535,29 +535,36 @@ def _cluster(scheduler: str | None) -> Iterator[Any]:
 
 
 @contextmanager
-def _progress_of_paths() -> Iterator[Callable[[int, int], None] | None]:
+def _progress_of_paths() -> Iterator[Callable[[int, int], None]]:
     """A bar with rate and time left on standard error, if that is a terminal.
 
-    Yields what takes the paths done and the paths asked for.
+    Yields what takes the paths done and the paths asked for. Within the block Ctrl-C waits for the
+    end of the chunk, because CasADi would take the exception for a failure of its own; reporting
+    raises it.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield None
-        return
     columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("paths", total=None)
-        seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
+    before = signal.signal(signal.SIGINT, _interrupt_after_step)
+    try:
+        with Progress(
+            *columns, console=console, transient=True, disable=not console.is_terminal
+        ) as progress:
+            task = progress.add_task("paths", total=None)
+            seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
 
-        def report(done: int, total: int) -> None:
-            seen.append((time.monotonic(), done))
-            told = _pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
-            progress.update(task, completed=done, total=total, description=told)
+            def report(done: int, total: int) -> None:
+                seen.append((time.monotonic(), done))
+                told = _pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
+                progress.update(task, completed=done, total=total, description=told)
+                if _interrupted.is_set():
+                    raise KeyboardInterrupt
 
-        yield report
+            yield report
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _pace(done: int, total: int, seconds: float, paths: int) -> str:

@@ -131,7 +131,7 @@ class ClosedLoop:
             ("arm", "mass_matrix", "an Arm, such as load_arm gives"),
             ("controller", "step", "a control law with init and step, such as FTCF(arm)"),
             ("reference", "at", "a reference, such as Sinusoid(offset=arm.home)"),
-            ("vibration", "impulse", "a Vibration(input, excitation), or None"),
+            ("vibration", "excitation", "a Vibration(input, excitation), or None"),
             ("uncertainty", "draw", "an Uncertainty, or None"),
         )
         for name, method, expected in parts:

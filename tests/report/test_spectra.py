@@ -139,7 +139,7 @@ def test_a_very_wide_band_can_be_read(tmp_path):
     file.write_text("[wide]\npoints = [[0.5, 0.001], [2000, 0.001]]\n")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ftcfa.vibration.realised_spectrum.LENGTHS", 1)
-        patch.setattr("ftcfa.vibration.realised_spectrum.PERIODS", 1)
+        patch.setattr("ftcfa.vibration.realised_spectrum.PERIODS", 2)
         figure = specified_and_realised([realise_specification(read_table(file)["wide"])])
     figure.draw_without_rendering()
     shown = [text.get_text() for text in figure.axes[0].get_xticklabels()]
