@@ -538,33 +538,22 @@ def _cluster(scheduler: str | None) -> Iterator[Any]:
 def _progress_of_paths() -> Iterator[Callable[[int, int], None]]:
     """A bar with rate and time left on standard error, if that is a terminal.
 
-    Yields what takes the paths done and the paths asked for. Within the block Ctrl-C waits for the
-    end of the chunk, because CasADi would take the exception for a failure of its own; reporting
-    raises it.
+    Yields what takes the paths done and the paths asked for; Ctrl-C waits for the end of a chunk.
     """
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn
 
-    console = Console(stderr=True)
-    columns = (BarColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    before = signal.signal(signal.SIGINT, _interrupt_after_step)
-    try:
-        with Progress(
-            *columns, console=console, transient=True, disable=not console.is_terminal
-        ) as progress:
-            task = progress.add_task("paths", total=None)
-            seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
+    with _bar(BarColumn(), TextColumn("{task.description}")) as progress:
+        task = progress.add_task("paths", total=None)
+        seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
 
-            def report(done: int, total: int) -> None:
-                seen.append((time.monotonic(), done))
-                told = _pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
-                progress.update(task, completed=done, total=total, description=told)
-                if _interrupted.is_set():
-                    raise KeyboardInterrupt
+        def report(done: int, total: int) -> None:
+            seen.append((time.monotonic(), done))
+            told = _pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
+            progress.update(task, completed=done, total=total, description=told)
+            if _interrupted.is_set():
+                raise KeyboardInterrupt
 
-            yield report
-    finally:
-        signal.signal(signal.SIGINT, before)
+        yield report
 
 
 def _pace(done: int, total: int, seconds: float, paths: int) -> str:
@@ -581,31 +570,40 @@ def _pace(done: int, total: int, seconds: float, paths: int) -> str:
 
 @contextmanager
 def _progress(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar on standard error, if that is a terminal; yields what advances it by one.
+    """A bar on standard error, if that is a terminal; yields what advances it by one."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with _bar(*columns) as progress:
+        task = progress.add_task(label, total=total)
+
+        def advance(steps: int = 1) -> None:
+            progress.advance(task, steps)
+            if _interrupted.is_set():
+                raise KeyboardInterrupt
+
+        advance(0)
+        yield advance
+
+
+@contextmanager
+def _bar(*columns: Any) -> Iterator[Any]:
+    """A progress bar with the time elapsed, on standard error if that is a terminal.
 
     Within the block Ctrl-C waits for the end of the step, because CasADi would take the exception
-    for a failure of its own; advancing raises it.
+    for a failure of its own; what reports a step raises it.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress, TimeElapsedColumn
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     before = signal.signal(signal.SIGINT, _interrupt_after_step)
     try:
         with Progress(
             *columns, TimeElapsedColumn(), console=console, transient=True,
             disable=not console.is_terminal,
         ) as progress:  # fmt: skip
-            task = progress.add_task(label, total=total)
-
-            def advance(steps: int = 1) -> None:
-                progress.advance(task, steps)
-                if _interrupted.is_set():
-                    raise KeyboardInterrupt
-
-            advance(0)
-            yield advance
+            yield progress
     finally:
         signal.signal(signal.SIGINT, before)
 

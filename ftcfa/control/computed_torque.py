@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from ftcfa.arrays import Array, positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
 
 
 @dataclass(frozen=True, eq=False)
-class ComputedTorque:
+class ComputedTorque(MemorylessLaw):
     """PD control through the nominal dynamics (Luh, Walker and Paul 1980, IEEE TAC 25).
 
         u = M(q) (q_d'' - (a1 + a2) (v - q_d') - a1 a2 (q - q_d)) + C v + h + f
@@ -32,10 +32,6 @@ class ComputedTorque:
         check_nominal("ComputedTorque", self.nominal)
         for name in ("position_rate", "velocity_rate"):
             positive(f"ComputedTorque {name}", getattr(self, name), "[1/s]")
-
-    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """Nothing to remember."""
-        return Memoryless()
 
     def step(
         self,

@@ -14,13 +14,13 @@ from ftcfa.control.compensation import (
 )
 from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.ftcf import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 
 
 @dataclass(frozen=True, eq=False)
-class FiniteTimeBackstepping:
+class FiniteTimeBackstepping(MemorylessLaw):
     """Finite-time backstepping with the analytic derivative of the virtual control.
 
         z1 = q - q_d,   alpha = -c1 beta(z1) - 3/4 (1 + k1) z1 + q_d',   z2 = v - alpha
@@ -60,10 +60,6 @@ class FiniteTimeBackstepping:
         if not (number and np.isfinite(self.width) and self.width >= 0):
             subject = "FiniteTimeBackstepping width"
             raise ParameterError(subject, repr(self.width), "a number >= 0 [rad]")
-
-    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """Nothing to remember."""
-        return Memoryless()
 
     def step(
         self,

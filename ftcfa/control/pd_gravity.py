@@ -7,12 +7,12 @@ import numpy as np
 from ftcfa.arrays import Array, positive
 from ftcfa.control.compensation import check_nominal
 from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
 
 
 @dataclass(frozen=True, eq=False)
-class PDGravity:
+class PDGravity(MemorylessLaw):
     """A PD servo at every joint, gravity fed forward (Takegaki and Arimoto 1981, ASME JDSMC 103).
 
         u = h(q) - D (a1 a2 (q - q_d) + (a1 + a2) (v - q_d')),   D = diag M(home)
@@ -33,10 +33,6 @@ class PDGravity:
         check_nominal("PDGravity", self.nominal)
         for name in ("position_rate", "velocity_rate"):
             positive(f"PDGravity {name}", getattr(self, name), "[1/s]")
-
-    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """Nothing to remember."""
-        return Memoryless()
 
     def step(
         self,

@@ -27,6 +27,14 @@ class Memoryless(NamedTuple):
     """The state of a law without one."""
 
 
+class MemorylessLaw:
+    """What laws without a memory share."""
+
+    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """Nothing to remember."""
+        return Memoryless()
+
+
 class Controller(Protocol):
     """A sampled control law. It sees the nominal arm, the measurement and the desired motion."""
 

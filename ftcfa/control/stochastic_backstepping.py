@@ -10,12 +10,12 @@ from ftcfa.control.compensation import (
     compensation_force,
 )
 from ftcfa.control.ftcf import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, Signals
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
 
 
 @dataclass(frozen=True, eq=False)
-class StochasticBackstepping:
+class StochasticBackstepping(MemorylessLaw):
     """Asymptotic backstepping with the analytic derivative of the virtual control.
 
         z1 = q - q_d,   alpha = -a1 z1 + q_d',   z2 = v - alpha
@@ -45,10 +45,6 @@ class StochasticBackstepping:
         check_nominal("StochasticBackstepping", self.nominal)
         check_gains("StochasticBackstepping", self.gains)
         check_compensation(self.compensation)
-
-    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """Nothing to remember."""
-        return Memoryless()
 
     def step(
         self,

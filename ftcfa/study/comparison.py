@@ -63,32 +63,21 @@ def compare(
         ``mean`` over the paths that did not diverge, ``quantiles`` over all, a path that did
         counting as the worst, ``difference``, the paired mean difference from the first loop over
         the pairs of which neither diverged, with ``significant``, whether its interval excludes
-        zero; ``settled`` and ``diverged``, counts
-        of paths; ``values`` of every path; and ``differs``, what sets a loop apart from the first.
+        zero; ``settled`` and ``diverged``, counts of paths; ``values`` of every path; and
+        ``differs``, what sets a loop apart from the first.
 
     Raises:
         ParameterError: If there are fewer than two loops, or they have other joints.
     """
-    if not isinstance(loops, Mapping):
-        raise ParameterError("compare", f"a {type(loops).__name__}", "loops by name, a dictionary")
+    _check(loops)
     names = list(loops)
-    for name, loop in loops.items():
-        if not isinstance(loop, ClosedLoop):
-            raise ParameterError(f"compare '{name}'", f"a {type(loop).__name__}", "a ClosedLoop")
-    if len(names) < 2:
-        raise ParameterError("compare", f"{len(names)} loops", "two or more, by name")
-    joints = {loop.arm.joint_names for loop in loops.values()}
-    if len(joints) > 1:
-        raise ParameterError("compare", "arms of different joints", "the same joints in all loops")
-    values, settled, diverged = [], [], []
+    values = []
     for number, loop in enumerate(loops.values()):
         done = _told(progress, number * paths, len(names) * paths)
         run = ensemble(loop, paths, duration, confidence=confidence, progress=done, **options)
         if run.sizes["path"] < paths:
             raise KeyboardInterrupt  # the ensemble was
         values.append(_values(run, loop))
-        settled.append(int(np.isfinite(run["settling_time"]).sum()))
-        diverged.append(run.attrs["diverged"])
     rows = np.stack(values)  # (loop, metric, path)
     dataset = _statistics(rows, confidence)
     first = describe(loops[names[0]])
@@ -96,12 +85,24 @@ def compare(
     told = {"ftcfa_version": run.attrs["ftcfa_version"], "confidence": confidence}
     told |= {name: run.attrs[name] for name in ("duration", "seed", "tolerance", "after")}
     return (
-        dataset.assign(
-            settled=("loop", settled), diverged=("loop", diverged), differs=("loop", apart)
-        )
+        dataset.assign(differs=("loop", apart))
         .assign_coords(loop=names, path=run["path"])
         .assign_attrs(told)
     )
+
+
+def _check(loops: Any) -> None:
+    """Raise ParameterError unless loops can be compared."""
+    if not isinstance(loops, Mapping):
+        raise ParameterError("compare", f"a {type(loops).__name__}", "loops by name, a dictionary")
+    for name, loop in loops.items():
+        if not isinstance(loop, ClosedLoop):
+            raise ParameterError(f"compare '{name}'", f"a {type(loop).__name__}", "a ClosedLoop")
+    if len(loops) < 2:
+        raise ParameterError("compare", f"{len(loops)} loops", "two or more, by name")
+    joints = {loop.arm.joint_names for loop in loops.values()}
+    if len(joints) > 1:
+        raise ParameterError("compare", "arms of different joints", "the same joints in all loops")
 
 
 def _told(
@@ -143,6 +144,7 @@ def _statistics(rows: Array, confidence: float) -> xr.Dataset:
     difference = np.stack([_difference(row, rows[0], joint) for row in rows])
     low, high = difference[:, 1], difference[:, 2]
     quantiles = [[_quantiles(values) for values in row] for row in rows]
+    unsettled, diverged = (rows[:, list(METRICS).index(share)] for share in SHARES)
     dims = ("loop", "bound", "metric")
     return xr.Dataset(
         {
@@ -150,6 +152,8 @@ def _statistics(rows: Array, confidence: float) -> xr.Dataset:
             "difference": (dims, difference),
             "significant": (("loop", "metric"), (low > 0) | (high < 0)),
             "quantiles": (("loop", "metric", "quantile"), np.array(quantiles)),
+            "settled": ("loop", np.sum(unsettled == 0, axis=1)),
+            "diverged": ("loop", np.sum(diverged == 1, axis=1)),
             "values": (("loop", "metric", "path"), rows),
         },
         coords={

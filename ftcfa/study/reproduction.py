@@ -13,6 +13,7 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid
 from ftcfa.model.load import load_arm
 from ftcfa.model.pendulum import PaperPendulum
+from ftcfa.study.stability import below_for_good
 from ftcfa.vibration.excitation import Convention, WhiteNoise
 from ftcfa.vibration.noise_input import BaseAcceleration, PaperPendulumInput
 from ftcfa.vibration.vibration import Vibration
@@ -143,9 +144,7 @@ def settled_after(time: Array, ote: Array, band: float = BAND) -> float | None:
         ote: Overall tracking error, shape (T,) [rad]; NaN counts as outside.
         band: Half width [rad].
     """
-    outside = np.flatnonzero(~(ote < band))
-    first = int(outside[-1]) + 1 if outside.size else 0
-    return float(time[first]) if first < len(time) else None
+    return _finite(below_for_good(time, ote, band))
 
 
 def _finite(value: float | np.floating[Any]) -> float | None:

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import positive
+from ftcfa.arrays import Array, positive
 from ftcfa.errors import ParameterError, ShapeError
 
 
@@ -40,6 +40,17 @@ def practical_settling_time(
         raise ShapeError("mean_square_bound", f"shape {bound.shape}", f"shape {t.shape}")
     if np.any(~(np.diff(t) > 0)):
         raise ParameterError("time", "times that do not rise", "rising times")
-    outside = np.flatnonzero(~(bound < epsilon))
+    return below_for_good(t, bound, epsilon)
+
+
+def below_for_good(time: Array, values: Array, bound: float) -> float:
+    """Earliest time from which values stay below a bound, to the end; NaN if they do not.
+
+    Args:
+        time: Shape (k,).
+        values: Shape (k,); NaN counts as not below.
+        bound: What they stay below.
+    """
+    outside = np.flatnonzero(~(values < bound))
     first = int(outside[-1]) + 1 if outside.size else 0
-    return float(t[first]) if first < len(t) else float("nan")
+    return float(time[first]) if first < len(time) else float("nan")
