@@ -9,6 +9,7 @@ from .control.rivals import ABLATIONS, CONTROLLERS, ablated
 from .control.slotine_li import SlotineLi
 from .control.stochastic_backstepping import StochasticBackstepping
 from .control.super_twisting import SuperTwisting
+from .description.faults import ExperimentError
 from .engine.simulate import simulate, simulate_paths
 from .errors import (
     FtcfaError,
@@ -20,23 +21,31 @@ from .errors import (
 )
 from .experiment import Experiment, load_experiment
 from .loop.closed_loop import ClosedLoop
-from .loop.faults import ExperimentError
 from .loop.references import Constant, MinimumJerk, Sinusoid, Table
 from .model.arm import Arm
-from .model.load import load_arm
 from .model.pendulum import PaperPendulum
-from .model.split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .model.uncertainty import Uncertainty
-from .study.bounds import Bounds, bounds
+from .model.urdf.load import load_arm
 from .study.comparison import compare
 from .study.ensemble import ensemble
+from .study.realised_spectrum import (
+    RealisedSpecification,
+    SpectrumEstimate,
+    estimate_spectrum,
+    realise_specification,
+)
 from .study.summary import replay, settled_in_mean_square, settling
 from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
-from .vibration.base_motion import BaseMotion
+from .theory.inertia_split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
+from .theory.theorem1 import Bounds, bounds
 from .vibration.excitation import WhiteNoise
-from .vibration.fitting import FilterFit, fit_filter
-from .vibration.noise_input import (
+from .vibration.excitations.recorded import RecordedAcceleration
+from .vibration.excitations.shaped_noise import ShapedNoise
+from .vibration.excitations.sinusoids import Harmonic, RandomPhase
+from .vibration.excitations.sweep import SineSweep
+from .vibration.inputs.base_motion import BaseMotion
+from .vibration.inputs.noise_input import (
     BaseAcceleration,
     FrameWrench,
     JointTorque,
@@ -44,23 +53,14 @@ from .vibration.noise_input import (
     PaperPendulumInput,
 )
 from .vibration.realisation import realise
-from .vibration.realised_spectrum import (
-    RealisedSpecification,
-    SpectrumEstimate,
-    estimate_spectrum,
-    realise_specification,
-)
 from .vibration.record import Record
 from .vibration.record_file import read_record
-from .vibration.recorded import RecordedAcceleration
-from .vibration.road import PASSENGER_CAR, TRUCK, QuarterCar, Road
-from .vibration.shaped_noise import ShapedNoise
-from .vibration.shaping import LinearFilter
-from .vibration.spectrum import Spectrum
-from .vibration.standards import Standard, read_table, standard, standards
+from .vibration.spectra.filter_fit import FilterFit, fit_filter
+from .vibration.spectra.linear_filter import LinearFilter
+from .vibration.spectra.road import PASSENGER_CAR, TRUCK, QuarterCar, Road
+from .vibration.spectra.spectrum import Spectrum
+from .vibration.spectra.standards import Standard, read_table, standard, standards
 from .vibration.superposition import Stacked, Superposition
-from .vibration.sweep import SineSweep
-from .vibration.tones import Harmonic, RandomPhase
 from .vibration.vibration import Vibration
 
 __version__: str

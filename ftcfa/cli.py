@@ -139,14 +139,14 @@ def inspect(
     """
     from rich.console import Console
 
-    from ftcfa.model.catalogue import catalogue
+    from ftcfa.model.urdf.catalogue import catalogue
     from ftcfa.report.arm import arm_record, print_arm, print_catalogue
 
     described = {name: entry.description for name, entry in catalogue().items()}
     if robot is None:
         _print_json(described) if as_json else print_catalogue(described, Console())
         return
-    from ftcfa.model.load import load_arm
+    from ftcfa.model.urdf.load import load_arm
 
     arm = load_arm(
         robot,
@@ -175,7 +175,7 @@ def reproduce(
     """Run the paper's study: its figures, one that it lacks, and a table of all cases."""
     from rich.console import Console
 
-    from ftcfa.report.files import make_folder, write_whole
+    from ftcfa.files import make_folder, write_whole
     from ftcfa.report.reproduction import (
         FIGURES,
         print_summary,
@@ -243,15 +243,15 @@ def vibration(
     """
     from rich.console import Console
 
-    from ftcfa.report.files import make_folder, write_whole
+    from ftcfa.files import make_folder, write_whole
     from ftcfa.report.vibration import (
         catalogue_record,
         print_catalogue,
         print_realised,
         realised_record,
     )
-    from ftcfa.vibration.realised_spectrum import realise_specification
-    from ftcfa.vibration.standards import standards
+    from ftcfa.study.realised_spectrum import realise_specification
+    from ftcfa.vibration.spectra.standards import standards
 
     console = Console(highlight=False)
     if not names and table is None:
@@ -309,8 +309,8 @@ def run(
     from rich.console import Console
 
     from ftcfa.experiment import load_experiment
+    from ftcfa.files import make_folder, write_whole
     from ftcfa.report.ensemble import ensemble_files, ensemble_record, print_ensemble
-    from ftcfa.report.files import make_folder, write_whole
 
     asked = _given(paths=paths, duration=duration)
     told = replace(load_experiment(experiment), specification=None, **asked)
@@ -405,8 +405,8 @@ def compare(
 
     from ftcfa.errors import ParameterError
     from ftcfa.experiment import Experiment, load_experiment
+    from ftcfa.files import make_folder, write_whole
     from ftcfa.report.comparison import comparison_files, comparison_record, print_comparison
-    from ftcfa.report.files import make_folder, write_whole
     from ftcfa.study import comparison, variants
     from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
@@ -458,12 +458,12 @@ def bounds(
 
     from ftcfa.experiment import load_experiment
     from ftcfa.report.bounds import bounds_record, print_bounds
-    from ftcfa.study import bounds as theorem
-    from ftcfa.study.premises import follow
     from ftcfa.study.reproduction import FINITE_TIME, closed_loop
+    from ftcfa.theory import theorem1
+    from ftcfa.theory.premises import follow
 
     loop = closed_loop(FINITE_TIME) if experiment is None else load_experiment(experiment).loop
-    found = theorem.bounds(loop, theta=theta, eps=eps, pi1=pi1, sigma=sigma)
+    found = theorem1.bounds(loop, theta=theta, eps=eps, pi1=pi1, sigma=sigma)
     record = bounds_record(found, follow(loop, found))
     _print_json(record) if as_json else print_bounds(record, Console(highlight=False))
 
@@ -611,7 +611,7 @@ def _bar(*columns: Any) -> Iterator[Any]:
 def _specifications(names: Sequence[str], table: Path | None) -> list[Any]:
     """Specifications by name, of those that come along or of a file; without names, all of it."""
     from ftcfa.errors import UnknownNameError
-    from ftcfa.vibration.standards import read_table, standards
+    from ftcfa.vibration.spectra.standards import read_table, standards
 
     known = standards() if table is None else read_table(table)
     for name in names:

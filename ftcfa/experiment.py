@@ -46,15 +46,15 @@ import tomli_w
 import xarray as xr
 
 from ftcfa.arrays import counting, positive
+from ftcfa.description.faults import ExperimentError
+from ftcfa.description.read import rebuild
+from ftcfa.description.write import arms, describe, document, has_path, self_contained
 from ftcfa.errors import FtcfaError, ParameterError
+from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import arms, describe, document, has_path, self_contained
-from ftcfa.loop.faults import ExperimentError
-from ftcfa.loop.rebuild import rebuild
-from ftcfa.report.files import write_whole
+from ftcfa.statistics.estimate import probability
 from ftcfa.streams import natural
 from ftcfa.study.ensemble import ensemble
-from ftcfa.study.estimate import probability
 from ftcfa.study.summary import QUANTILES
 from ftcfa.study.verification import Specification, Verification, verify
 

@@ -53,9 +53,9 @@ from ftcfa import (
     simulate_paths,
 )
 from ftcfa.arrays import Array
-from ftcfa.engine.program import compile_loop
-from ftcfa.engine.trace import trace
-from ftcfa.engine.vector_math import host_target
+from ftcfa.engine.compiler.program import compile_loop
+from ftcfa.engine.compiler.trace import trace
+from ftcfa.engine.compiler.vector_math import host_target
 from ftcfa.report.terminal import plain_table, print_fitted
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 

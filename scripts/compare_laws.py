@@ -23,8 +23,8 @@ from ftcfa import (
     Vibration,
     load_arm,
 )
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.comparison import comparison_files, print_comparison
-from ftcfa.report.files import make_folder, write_whole
 from ftcfa.study.comparison import compare
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 from ftcfa.study.variants import ablations, conditions, rivals

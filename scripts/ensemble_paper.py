@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from ftcfa import ensemble, settled_in_mean_square, settling
 from ftcfa.report.figures import BLUE, GREY, INK, ORANGE, STYLE, rendered
-from ftcfa.study.moments import Moments, paired_differences
+from ftcfa.statistics.moments import Moments, paired_differences
 from ftcfa.study.reproduction import ASYMPTOTIC, BAND, FINITE_TIME, closed_loop
 
 CASES = {"κ = 0.6": FINITE_TIME, "κ = 1": ASYMPTOTIC}

@@ -19,8 +19,8 @@ from rich.console import Console
 from ftcfa import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
 from ftcfa.arrays import Array
 from ftcfa.control.filters import CommandFilter
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, INK, ORANGE, STYLE, WIDTH
-from ftcfa.report.files import make_folder, write_whole
 from ftcfa.report.terminal import plain_table
 
 AMPLITUDE, FREQUENCY = 5.0, 3.0

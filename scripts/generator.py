@@ -17,13 +17,13 @@ import numpy as np
 from rich.console import Console
 
 from ftcfa import ClosedLoop, bounds
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.bounds import generator_figure
 from ftcfa.report.figures import rendered
-from ftcfa.report.files import make_folder, write_whole
 from ftcfa.report.terminal import plain_table, print_fitted
-from ftcfa.study.moments import Moments
-from ftcfa.study.premises import LINK_EPS, Followed, follow, hanging_link, hanging_pendulum
+from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
+from ftcfa.theory.premises import LINK_EPS, Followed, follow, hanging_link, hanging_pendulum
 
 PATHS, QUICK_PATHS = 128, 8
 DURATION, QUICK_DURATION = 5.0, 0.3

@@ -30,8 +30,8 @@ from ftcfa import (
     simulate_paths,
 )
 from ftcfa.arrays import Array
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, WIDTH
-from ftcfa.report.files import make_folder, write_whole
 from ftcfa.report.terminal import plain_table
 from ftcfa.study.reproduction import GRAVITY, Q0, REFERENCE, V0
 

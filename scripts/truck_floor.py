@@ -36,11 +36,11 @@ from ftcfa import (
     simulate_paths,
 )
 from ftcfa.arrays import Array
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH
-from ftcfa.report.files import make_folder, write_whole
 from ftcfa.report.terminal import plain_table, print_fitted
 from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0, settled_after
-from ftcfa.vibration.spectrum import STANDARD_GRAVITY
+from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 AXES = ("longitudinal", "transverse", "vertical")
 TABLES = tuple(f"mil_std_810g_highway_truck_{axis}" for axis in AXES)

@@ -11,15 +11,17 @@ PACKAGE = Path(ftcfa.__file__).parent
 
 LAYERS = (
     {"errors"},
-    {"arrays"},
+    {"arrays", "files"},
     {"streams"},
-    {"model"},
-    {"vibration", "control"},  # beside each other: neither knows the other
+    {"model", "statistics"},  # beside each other: neither knows the other
+    {"vibration", "control"},
     {"loop"},
+    {"description"},
     {"engine"},
     {"study"},
-    {"report"},
+    {"theory"},
     {"experiment"},
+    {"report"},
     {"__init__"},  # the public names
     {"cli"},
     {"__main__"},

@@ -20,10 +20,10 @@ from matplotlib.image import imread
 
 import ftcfa
 from ftcfa.cli import _pace, main
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.study.reproduction import QUICK_CASES, QUICK_DURATION
-from ftcfa.vibration.road import ROAD_CLASSES
-from ftcfa.vibration.standards import standards
+from ftcfa.vibration.spectra.road import ROAD_CLASSES
+from ftcfa.vibration.spectra.standards import standards
 
 FTCFA = [sys.executable, "-c", "from ftcfa.cli import main; main()"]
 BAD_URDF = """<robot name="bad">
@@ -222,7 +222,7 @@ source = "own measurement"
 @pytest.fixture
 def own_table(tmp_path, monkeypatch) -> str:
     """A user's own specifications; estimates of a few segments, for speed."""
-    monkeypatch.setattr("ftcfa.vibration.realised_spectrum.LENGTHS", 4)
+    monkeypatch.setattr("ftcfa.study.realised_spectrum.LENGTHS", 4)
     file = tmp_path / "own.toml"
     file.write_text(OWN_TABLE)
     return str(file)

@@ -64,10 +64,10 @@ from ftcfa import (
     simulate,
     verify,
 )
-from ftcfa.loop.describe import describe, document, self_contained
-from ftcfa.loop.parts import PARTS, choices, element, parameters
-from ftcfa.loop.rebuild import rebuild
-from ftcfa.model.catalogue import robots_folder
+from ftcfa.description.read import rebuild
+from ftcfa.description.registry import PARTS, choices, element, parameters
+from ftcfa.description.write import describe, document, self_contained
+from ftcfa.model.urdf.catalogue import robots_folder
 
 DURATION = 0.05
 ARM = load_arm("double_pendulum")

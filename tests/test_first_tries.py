@@ -5,7 +5,7 @@ import pytest
 
 import ftcfa
 from ftcfa import FTCF, BaseAcceleration, ClosedLoop, ParameterError, ShapeError, Sinusoid
-from ftcfa.model.catalogue import robots_folder
+from ftcfa.model.urdf.catalogue import robots_folder
 
 PENDULUM = ftcfa.load_arm("double_pendulum")
 REFERENCE = Sinusoid([0.3, 0.2])

@@ -273,3 +273,8 @@ def command_filter(choice: "str | CommandFilter") -> CommandFilter:
     if choice not in FILTERS:
         raise UnknownNameError("filter", choice, list(FILTERS))
     return FILTERS[choice]()
+
+
+def leaky_step(x: Array, rate: float, drive: Array, period: float) -> Array:
+    """One step of x' = -rate x + drive, the decay implicit: stable for any rate >= 0."""
+    return (x + period * drive) / (1.0 + period * rate)

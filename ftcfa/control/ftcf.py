@@ -12,9 +12,8 @@ from ftcfa.control.compensation import (
     check_nominal,
     compensation_force,
 )
-from ftcfa.control.filters import CommandFilter, command_filter
+from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
-from ftcfa.control.leakage import leaky_step
 from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError

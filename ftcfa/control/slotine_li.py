@@ -6,8 +6,8 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 
 from ftcfa.arrays import Array, positive
+from ftcfa.control.filters import leaky_step
 from ftcfa.control.ftcf import Gains
-from ftcfa.control.leakage import leaky_step
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics

@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Signals
-from ftcfa.engine.flatten import flat
+from ftcfa.engine.compiler.flatten import flat
+from ftcfa.engine.compiler.program import Program, compile_loop
+from ftcfa.engine.compiler.trace import TracedLoop, trace
+from ftcfa.engine.compiler.vector_math import Target, host_target
 from ftcfa.engine.paths import Paths
-from ftcfa.engine.program import Program, compile_loop
-from ftcfa.engine.trace import TracedLoop, trace
-from ftcfa.engine.vector_math import Target, host_target
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.streams import first_rows
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.description.write import LARGE, describe
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import LARGE, describe
 
 UNITS = {
     "q": ("rad", "position"),

@@ -7,10 +7,10 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
-from ftcfa.engine.flatten import flat
-from ftcfa.engine.parameters import with_parameter
+from ftcfa.engine.compiler.flatten import flat
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
+from ftcfa.loop.parameters import with_parameter
 from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 CHUNK = 4096

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Signals
-from ftcfa.engine.flatten import leaves, like, size
+from ftcfa.engine.compiler.flatten import leaves, like, size
 
 
 class Paths(NamedTuple):

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.engine.compiled import run_compiled
 from ftcfa.engine.interpreted import run_interpreted
-from ftcfa.engine.parameters import checked_values
 from ftcfa.engine.paths import Paths
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.parameters import checked_values
 from ftcfa.model.arm import Arm
 from ftcfa.streams import Words, natural
 

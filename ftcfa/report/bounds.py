@@ -15,8 +15,8 @@ from rich.table import Table
 
 from ftcfa.report.figures import BLUE, DASHED, GREY, LIGHT, ORANGE, STYLE, WIDTH
 from ftcfa.report.terminal import plain_table, print_fitted
-from ftcfa.study.bounds import Bounds, best_weight
-from ftcfa.study.premises import Followed
+from ftcfa.theory.premises import Followed
+from ftcfa.theory.theorem1 import Bounds, best_weight
 
 LINEAR = 0.1
 """Size of LV below which its axis is linear [1/s]."""

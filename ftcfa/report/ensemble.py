@@ -16,9 +16,9 @@ from ftcfa.arrays import Array
 from ftcfa.report.ensemble_figure import ensemble_figure
 from ftcfa.report.figures import rendered
 from ftcfa.report.terminal import plain_table, print_fitted
-from ftcfa.study.estimate import Estimate
-from ftcfa.study.proportions import proportion
-from ftcfa.study.quantiles import sample_quantile
+from ftcfa.statistics.estimate import Estimate
+from ftcfa.statistics.proportions import proportion
+from ftcfa.statistics.quantiles import sample_quantile
 from ftcfa.study.summary import settled_in_mean_square, settling
 
 LEVELS = {"median": 0.5, "95 %": 0.95}

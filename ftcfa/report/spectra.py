@@ -15,9 +15,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from ftcfa.arrays import Array
 from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
 from ftcfa.report.vibration import provenance_lines
-from ftcfa.vibration.fitting import DB, DB_TOLERANCE
-from ftcfa.vibration.realised_spectrum import RealisedSpecification
-from ftcfa.vibration.spectrum import STANDARD_GRAVITY
+from ftcfa.study.realised_spectrum import RealisedSpecification
+from ftcfa.vibration.spectra.filter_fit import DB, DB_TOLERANCE
+from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 PANEL, HEAD = 2.9, 0.25
 """Height of a panel and of what is above all [in]."""

@@ -12,15 +12,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ftcfa.vibration.fitting import DB, FilterFit
-from ftcfa.vibration.realised_spectrum import RealisedSpecification, SpectrumEstimate
-from ftcfa.vibration.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
-from ftcfa.vibration.spectrum import (
+from ftcfa.study.realised_spectrum import RealisedSpecification, SpectrumEstimate
+from ftcfa.vibration.spectra.filter_fit import DB, FilterFit
+from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
+from ftcfa.vibration.spectra.spectrum import (
     STANDARD_GRAVITY,
     band_step_limit,
     substeps_needed,
 )
-from ftcfa.vibration.standards import NOT_STATED, Standard
+from ftcfa.vibration.spectra.standards import NOT_STATED, Standard
 
 PERIOD = 1e-3
 """Controller period that the substeps are stated for, the default of a loop [s]."""

@@ -14,10 +14,10 @@ from ftcfa.control.protocol import Signals
 from ftcfa.engine.run import Run, run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.metrics import PathMetrics
+from ftcfa.statistics.moments import Moments
+from ftcfa.statistics.quantile_sketch import BINS, QuantileSketch
 from ftcfa.streams import natural
-from ftcfa.study.moments import Moments
-from ftcfa.study.sketch import BINS, QuantileSketch
+from ftcfa.study.path_metrics import PathMetrics
 
 KEPT_TIMES = 200
 """About how many times are kept where the user does not say how many."""

@@ -11,10 +11,10 @@ from typing import Any
 
 import xarray as xr
 
+from ftcfa.description.read import rebuild
+from ftcfa.description.write import describe, document, self_contained
 from ftcfa.errors import FtcfaError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe, document, self_contained
-from ftcfa.loop.rebuild import rebuild
 from ftcfa.study.chunk import Plan, run_chunk
 
 AHEAD = 3

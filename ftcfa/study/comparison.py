@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.description.write import describe, differences
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe, differences
+from ftcfa.statistics.estimate import CONFIDENCE
+from ftcfa.statistics.moments import Moments, paired_differences
+from ftcfa.statistics.proportions import proportion
+from ftcfa.statistics.quantiles import sample_quantile
 from ftcfa.study.ensemble import ensemble
-from ftcfa.study.estimate import CONFIDENCE
-from ftcfa.study.moments import Moments, paired_differences
-from ftcfa.study.proportions import proportion
-from ftcfa.study.quantiles import sample_quantile
 from ftcfa.study.summary import BOUNDS, QUANTILES
 
 METRICS = {

@@ -12,11 +12,13 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import counting
+from ftcfa.description.write import describe, provenance
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import describe, provenance
+from ftcfa.statistics.estimate import CONFIDENCE, probability
+from ftcfa.statistics.quantile_sketch import BINS
 from ftcfa.study.chunk import (
     Plan,
     Tally,
@@ -26,8 +28,6 @@ from ftcfa.study.chunk import (
     simulate_chunk,
 )
 from ftcfa.study.cluster import run_on_cluster
-from ftcfa.study.estimate import CONFIDENCE, probability
-from ftcfa.study.sketch import BINS
 from ftcfa.study.store import Store
 from ftcfa.study.summary import QUANTILES, summarise
 

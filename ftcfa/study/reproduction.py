@@ -11,11 +11,11 @@ from ftcfa.control.ftcf import FTCF, Gains
 from ftcfa.engine.simulate import simulate
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid
-from ftcfa.model.load import load_arm
 from ftcfa.model.pendulum import PaperPendulum
-from ftcfa.study.stability import below_for_good
+from ftcfa.model.urdf.load import load_arm
+from ftcfa.statistics.settling import below_for_good
 from ftcfa.vibration.excitation import Convention, WhiteNoise
-from ftcfa.vibration.noise_input import BaseAcceleration, PaperPendulumInput
+from ftcfa.vibration.inputs.noise_input import BaseAcceleration, PaperPendulumInput
 from ftcfa.vibration.vibration import Vibration
 
 DURATION = 20.0

@@ -28,8 +28,8 @@ import numpy as np
 import xarray as xr
 import zarr
 
+from ftcfa.description.write import differences
 from ftcfa.errors import FtcfaError, ParameterError
-from ftcfa.loop.describe import differences
 
 CHUNKS, RESULT, GROUP = "chunks", "result", ".zgroup"
 UNFINISHED = ".part"

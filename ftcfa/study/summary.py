@@ -11,20 +11,20 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.description.faults import ExperimentError
+from ftcfa.description.read import rebuild
+from ftcfa.description.write import provenance
 from ftcfa.engine.dataset import UNITS, attributes
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.describe import provenance
-from ftcfa.loop.faults import ExperimentError
-from ftcfa.loop.metrics import UNITS as METRICS
-from ftcfa.loop.rebuild import rebuild
+from ftcfa.statistics.estimate import Estimate
+from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution
+from ftcfa.statistics.proportions import proportion
+from ftcfa.statistics.settling import practical_settling_time
 from ftcfa.study.chunk import PER_JOINT, Plan, Tally
-from ftcfa.study.estimate import Estimate
-from ftcfa.study.proportions import proportion
-from ftcfa.study.stability import practical_settling_time
-from ftcfa.study.survival import SettlingDistribution, settling_distribution
+from ftcfa.study.path_metrics import UNITS as METRICS
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 BOUNDS = ("estimate", "low", "high")
@@ -41,7 +41,7 @@ def summarise(
         q - q_d and torque ``u``: ``*_mean``, ``*_mean_square`` and ``*_quantile``, with a
         dimension ``bound`` (estimate, low, high). A path that has diverged leaves means undefined
         (NaN) and counts as the largest of all in quantiles; ``*_survivors`` leave such paths
-        out. For each path: its metrics (see `ftcfa.loop.metrics`) and ``diverged_at``.
+        out. For each path: its metrics (see `ftcfa.study.path_metrics`) and ``diverged_at``.
     """
     value, square = tally.moments
     with np.errstate(invalid="ignore"):
@@ -144,7 +144,7 @@ def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
     """Practical finite-time stability in mean square (Definition 1), as far as paths show it.
 
     The earliest kept time from which the upper confidence bound of E|z1|^2 stays below epsilon;
-    see `ftcfa.study.stability`.
+    see `ftcfa.statistics.settling`.
 
     Args:
         dataset: What `ensemble` returned.

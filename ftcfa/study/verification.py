@@ -1,7 +1,7 @@
 """`verify`: whether at least a share of all runs keeps a specification, with a known risk of error.
 
 Paths are run and looked at in their order until a sequential test knows the answer
-(`ftcfa.study.sequential`), so the answer does not depend on how many are run at once.
+(`ftcfa.statistics.sequential_test`), so the answer does not depend on how many are run at once.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,11 +15,11 @@ from ftcfa.arrays import Array, counting, positive, vector
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.metrics import PathMetrics
+from ftcfa.statistics.estimate import Estimate, probability
+from ftcfa.statistics.proportions import proportion
+from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
 from ftcfa.streams import natural
-from ftcfa.study.estimate import Estimate, probability
-from ftcfa.study.proportions import proportion
-from ftcfa.study.sequential import LARGEST_BETA, SequentialTest, Verdict
+from ftcfa.study.path_metrics import PathMetrics
 
 CHUNK = 256
 """Paths between two looks."""

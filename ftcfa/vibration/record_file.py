@@ -18,7 +18,7 @@ import numpy.typing as npt
 from ftcfa.arrays import Array, positive
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.vibration.record import Record
-from ftcfa.vibration.spectrum import STANDARD_GRAVITY
+from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 Unit = Literal["m/s^2", "g", "rad/s^2", "deg/s^2"]
 

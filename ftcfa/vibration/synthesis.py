@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, counting
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.spectrum import Spectrum
+from ftcfa.vibration.spectra.spectrum import Spectrum
 
 Spacing = Literal["uniform", "equal_power"]
 

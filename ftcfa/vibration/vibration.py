@@ -11,7 +11,7 @@ from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.noise_input import InputFunction, NoiseInput, Shaking, noise_input
+from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, Shaking, noise_input
 
 
 class VibrationState(NamedTuple):

@@ -18,8 +18,8 @@ from ftcfa import (
 )
 from ftcfa.control.filters import FILTERS
 from ftcfa.control.protocol import Desired
-from ftcfa.engine.agreement import check_pure
-from ftcfa.engine.flatten import leaves
+from ftcfa.engine.compiler.agreement import check_pure
+from ftcfa.engine.compiler.flatten import leaves
 from ftcfa.loop.closed_loop import LoopState, Motion
 
 pytestmark = pytest.mark.filterwarnings("error")  # no silent fall back to interpreting

@@ -16,7 +16,7 @@ from ftcfa import (
     UnknownNameError,
 )
 from ftcfa.control.filters import FILTERS, FilterState, ProperState, command_filter
-from ftcfa.engine.flatten import flat
+from ftcfa.engine.compiler.flatten import flat
 
 BRENT = 1e-14
 """Absolute and relative accuracy asked of the root finder."""

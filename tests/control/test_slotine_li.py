@@ -6,8 +6,8 @@ import pytest
 
 from ftcfa import SlotineLi, load_arm
 from ftcfa.control.protocol import Desired
-from ftcfa.model.catalogue import catalogue
 from ftcfa.model.traced import traced
+from ftcfa.model.urdf.catalogue import catalogue
 
 ROUNDING = 1e-11
 """Of sums of some hundred products, relative to the largest."""

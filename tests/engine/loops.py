@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ftcfa import FTCF, BaseAcceleration, ClosedLoop, Sinusoid, Vibration, WhiteNoise, load_arm
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 
 FULL_VARPI = [[0.2, 0.1, 0.0], [0.1, 0.3, 0.05], [0.0, 0.05, 0.1]]
 

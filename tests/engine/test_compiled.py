@@ -26,9 +26,10 @@ from ftcfa import (
     simulate,
     simulate_paths,
 )
-from ftcfa.engine import compiled, vector_math
+from ftcfa.engine import compiled
 from ftcfa.engine.compiled import run_compiled
-from ftcfa.engine.vector_math import LANES, Target, host_target
+from ftcfa.engine.compiler import vector_math
+from ftcfa.engine.compiler.vector_math import LANES, Target, host_target
 from ftcfa.streams import PLANT_NOISE, standard_normals
 
 from .loops import FULL_VARPI, PI, Spring, gantry, masses, panda_with_gripper, shaken

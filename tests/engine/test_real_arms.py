@@ -15,7 +15,7 @@ from ftcfa import (
     simulate,
     simulate_paths,
 )
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 
 PATHS = 8
 TIGHT = 0.01

@@ -18,7 +18,7 @@ from ftcfa import (
     simulate,
     simulate_paths,
 )
-from ftcfa.engine import program, trace
+from ftcfa.engine.compiler import program, trace
 
 from .loops import masses, shaken
 

@@ -22,8 +22,8 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.control.protocol import Desired
+from ftcfa.description.write import describe
 from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, alive
-from ftcfa.loop.describe import describe
 from ftcfa.loop.plant import INTEGRATORS
 
 STILL = Desired(np.zeros(2), np.zeros(2), np.zeros(2))

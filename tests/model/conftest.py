@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ftcfa import Arm, load_arm
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 
 
 @pytest.fixture(scope="session", params=list(catalogue()))

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from ftcfa import Arm, ShapeError, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 
 STATES = 10
 AGREEMENT = 1e-10

@@ -9,7 +9,7 @@ import pytest
 
 from ftcfa import Arm, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 
 from .texts import AXIS_Y, LIMIT, with_elbow
 

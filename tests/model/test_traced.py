@@ -9,9 +9,9 @@ import pytest
 
 from ftcfa import FTCF, ClosedLoop, Sinusoid, TracingError, load_arm, simulate
 from ftcfa.model.arm import Arm
-from ftcfa.model.catalogue import catalogue
 from ftcfa.model.recursions import ENTRIES, Chain
 from ftcfa.model.traced import TracedArm, symbols, traced
+from ftcfa.model.urdf.catalogue import catalogue
 
 AGREEMENT = 1e-12
 """Relative to the largest entry: two recursions over a dozen bodies, rounded differently."""

@@ -10,7 +10,7 @@ from scipy import stats
 
 from ftcfa import Arm, ParameterError, ShapeError, Uncertainty, UnknownNameError, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 from tests.model.texts import BASE, ELBOW, SHOULDER, TWO_JOINTS, link, robot
 
 ROUNDING = 1e-12

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from ftcfa import load_arm
-from ftcfa.model.catalogue import catalogue
+from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.report.arm import arm_record, print_arm
 
 GANTRY = """<robot name="gantry">

@@ -19,8 +19,8 @@ from ftcfa.report.vibration import (
     realised_record,
     unverified,
 )
-from ftcfa.vibration.realised_spectrum import realise_specification
-from ftcfa.vibration.road import ROAD_CLASSES
+from ftcfa.study.realised_spectrum import realise_specification
+from ftcfa.vibration.spectra.road import ROAD_CLASSES
 
 TRUCK = "mil_std_810g_highway_truck_vertical"
 SOURCE = (
@@ -41,7 +41,7 @@ def realised(tmp_path_factory):
     file = tmp_path_factory.mktemp("tables") / "own.toml"
     file.write_text(DECK)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ftcfa.vibration.realised_spectrum.LENGTHS", SEGMENTS)
+        patch.setattr("ftcfa.study.realised_spectrum.LENGTHS", SEGMENTS)
         return [realise_specification(one) for one in (standard(TRUCK), read_table(file)["deck"])]
 
 
@@ -138,8 +138,8 @@ def test_a_very_wide_band_can_be_read(tmp_path):
     file = tmp_path / "wide.toml"
     file.write_text("[wide]\npoints = [[0.5, 0.001], [2000, 0.001]]\n")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("ftcfa.vibration.realised_spectrum.LENGTHS", 1)
-        patch.setattr("ftcfa.vibration.realised_spectrum.PERIODS", 2)
+        patch.setattr("ftcfa.study.realised_spectrum.LENGTHS", 1)
+        patch.setattr("ftcfa.study.realised_spectrum.PERIODS", 2)
         figure = specified_and_realised([realise_specification(read_table(file)["wide"])])
     figure.draw_without_rendering()
     shown = [text.get_text() for text in figure.axes[0].get_xticklabels()]

@@ -16,7 +16,7 @@ from scipy import stats
 from small_loops import oscillators
 
 from ftcfa import ensemble
-from ftcfa.study.proportions import proportion
+from ftcfa.statistics.proportions import proportion
 
 JOINTS, RUNS, PATHS = 25, 40, 200
 ENSEMBLES = JOINTS * RUNS

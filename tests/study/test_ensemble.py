@@ -10,8 +10,8 @@ import xarray as xr
 from small_loops import DURATION, oscillators, pendulum, uncertain_pendulum
 
 from ftcfa import ensemble, replay, simulate_paths
+from ftcfa.statistics.moments import Moments
 from ftcfa.study.chunk import Merging, Plan, Tally, run_chunk
-from ftcfa.study.moments import Moments
 
 PATHS, CHUNK = 1100, 300
 """Chunks of which the last is not full, nor a whole number of vectors."""

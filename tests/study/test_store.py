@@ -356,7 +356,7 @@ def test_a_failed_run_leaves_the_store_free(finished, tmp_path):
 def test_an_edited_urdf_is_another_experiment(tmp_path):
     """The same path, another robot."""
     from ftcfa import FTCF, ClosedLoop, load_arm
-    from ftcfa.model.catalogue import catalogue
+    from ftcfa.model.urdf.catalogue import catalogue
 
     urdf = tmp_path / "arm.urdf"
     text = Path(catalogue()["double_pendulum"].path()).read_text()

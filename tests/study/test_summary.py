@@ -21,7 +21,7 @@ from ftcfa import (
     settling,
     simulate_paths,
 )
-from ftcfa.study.sketch import RELATIVE_ACCURACY
+from ftcfa.statistics.quantile_sketch import RELATIVE_ACCURACY
 
 PATHS, DURATION, EVERY, CHUNK = 90, 0.8, 20, 32
 TOLERANCE, AFTER = 0.05, 0.3

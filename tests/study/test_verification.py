@@ -18,7 +18,7 @@ from ftcfa import (
     simulate_paths,
     verify,
 )
-from ftcfa.study.proportions import proportion
+from ftcfa.statistics.proportions import proportion
 from ftcfa.study.verification import CHUNK
 
 DURATION = 0.8

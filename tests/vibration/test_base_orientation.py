@@ -29,7 +29,7 @@ from ftcfa import (
     simulate,
     simulate_paths,
 )
-from ftcfa.vibration.base_motion import _product, _rotation
+from ftcfa.vibration.inputs.base_motion import _product, _rotation
 from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 from .masses import CONFIDENCE

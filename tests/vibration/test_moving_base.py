@@ -28,8 +28,8 @@ from ftcfa import (
     load_arm,
     simulate,
 )
-from ftcfa.model.catalogue import find_arm
-from ftcfa.vibration.noise_input import Shaking
+from ftcfa.model.urdf.catalogue import find_arm
+from ftcfa.vibration.inputs.noise_input import Shaking
 
 MASSLESS = 1e-12
 """MuJoCo's stand-in for no mass and no rotational inertia [kg, kg m^2]."""

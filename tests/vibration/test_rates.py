@@ -20,7 +20,7 @@ from ftcfa import (
     standard,
     standards,
 )
-from ftcfa.vibration.spectrum import band_step_limit
+from ftcfa.vibration.spectra.spectrum import band_step_limit
 
 from .masses import run_process
 

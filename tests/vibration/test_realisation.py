@@ -17,8 +17,8 @@ from ftcfa import (
     simulate,
     standard,
 )
-from ftcfa.vibration.fitting import DB, DB_TOLERANCE
-from ftcfa.vibration.realised_spectrum import realise_specification
+from ftcfa.study.realised_spectrum import realise_specification
+from ftcfa.vibration.spectra.filter_fit import DB, DB_TOLERANCE
 
 from .masses import AGREEMENT, CONFIDENCE, pushed
 

@@ -8,8 +8,8 @@ from scipy import signal, stats
 from scipy.integrate import quad
 
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.spectrum import Spectrum
-from ftcfa.vibration.standards import standard, standards
+from ftcfa.vibration.spectra.spectrum import Spectrum
+from ftcfa.vibration.spectra.standards import standard, standards
 from ftcfa.vibration.synthesis import SpectralLines, spectral_lines
 
 ROUNDING = 1e-9

@@ -1,0 +1,152 @@
+"""Proof that traced code is the loop that it was traced from: some samples, computed both ways.
+
+What tracing cannot see (a state that a law hides, a value that it asks the type of) and what
+traced code cannot follow (a law changed since) shows in the numbers.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from numbers import Number
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.control.protocol import Desired
+from ftcfa.engine.compiler.flatten import flat, leaves, like
+from ftcfa.errors import TracingError
+from ftcfa.loop.closed_loop import ClosedLoop, LoopState
+
+SAMPLES = 3
+AGREEMENT = 1e-6
+"""Largest difference that is accepted, relative to the largest entry: room for rounding."""
+NEGLIGIBLE = 1e-6
+"""Quantities whose largest entry is below this are compared absolutely [SI units]."""
+DISTURBANCE = 1e-3
+"""States are moved by so much, away from where sign(x) leaps."""
+START, MEMORY, MOTION = "state from init", "state from step", "motion"
+"""Names of what is compared beside the signals."""
+
+
+class Sample(NamedTuple):
+    """One sample of a loop: what went in, and what came out, flat, by name."""
+
+    state: LoopState
+    desired: Desired
+    initial: Array
+    normals: Array
+    row: Array
+    results: dict[str, Array]
+
+
+def check_pure(loop: ClosedLoop) -> None:
+    """Compute some samples twice.
+
+    Raises:
+        TracingError: If the same question got two answers: a law hides a state, or keeps it in
+            something else than numbers.
+    """
+    state = loop.init(Desired(*(row[0] for row in loop.reference.at(np.zeros(1)))))
+    for leaf in leaves(state[1:]):
+        if not isinstance(leaf, np.ndarray | Number):
+            raise TracingError(
+                f"{_author(loop, START)}: {START}",
+                f"holds a {type(leaf).__name__}",
+                "numbers and arrays, in tuples or NamedTuples",
+                "return such a state",
+            )
+    for once, again in zip(_samples(loop), _samples(loop), strict=True):
+        _compare(
+            loop,
+            again.results.items(),
+            once,
+            tolerance=0.0,
+            fault="the same inputs gave results that differ by",
+            remedy="return what is remembered as part of the state; draw no random numbers",
+        )
+
+
+def check_agreement(
+    loop: ClosedLoop, by_code: Callable[[Sample], Iterable[tuple[str, Array]]]
+) -> None:
+    """Compute some samples by the loop's own Python and by its traced code.
+
+    Raises:
+        TracingError: If they differ.
+    """
+    for sample in _samples(loop):
+        _compare(
+            loop,
+            by_code(sample),
+            sample,
+            tolerance=AGREEMENT,
+            fault="traced, it differs from the loop's own by",
+            remedy="hide no state, and do not ask of what type a value is",
+        )
+
+
+def _samples(loop: ClosedLoop) -> Iterator[Sample]:
+    """The first samples by the loop's own Python, each from a disturbed state."""
+    rng = np.random.default_rng(0)
+    motions = loop.reference.at(np.arange(SAMPLES) * loop.period)
+    process = loop.process
+    initial = rng.standard_normal(process.initial_normals)
+    state: Any = None
+    for k in range(SAMPLES):
+        desired = Desired(*(row[k] for row in motions))
+        results = {}
+        if state is None:
+            state = loop.init(desired, initial)
+            results[START] = flat(state)
+        moved = [x + DISTURBANCE * rng.standard_normal(np.shape(x)) for x in leaves(state)]
+        state = like(state, iter(moved))
+        normals = rng.standard_normal(process.normals)
+        row = process.rows[k % len(process.rows)]
+        with np.errstate(all="ignore"):
+            signals, after = loop.control(state, desired)
+            motion = loop.advance(state.motion, signals["u"], normals, row)
+        results |= {name: flat(value) for name, value in signals.items()}
+        results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
+        yield Sample(state, desired, initial, normals, row, results)
+        state = after._replace(motion=motion)
+
+
+def _compare(
+    loop: ClosedLoop,
+    got: Iterable[tuple[str, Array]],
+    sample: Sample,
+    tolerance: float,
+    fault: str,
+    remedy: str,
+) -> None:
+    for name, values in got:
+        error = _difference(values, sample.results[name])
+        if error > tolerance:
+            raise TracingError(
+                f"{_author(loop, name)}: {name}",
+                f"{fault} {error:.1e} relative",
+                f"at most {tolerance:g}",
+                remedy,
+            )
+
+
+def _difference(got: Array, expected: Array) -> float:
+    """Largest difference, relative to the largest entry; equal infinities and NaNs agree."""
+    if got.shape != expected.shape:
+        return np.inf
+    differ = (got != expected) & ~(np.isnan(got) & np.isnan(expected))
+    if not differ.any():
+        return 0.0
+    with np.errstate(invalid="ignore"):
+        error = np.nan_to_num(np.abs(got - expected)[differ], nan=np.inf)
+    largest = np.max(np.abs(expected[np.isfinite(expected)]), initial=NEGLIGIBLE)
+    return float(np.max(error) / largest)
+
+
+def _author(loop: ClosedLoop, name: str) -> str:
+    """Who computes a quantity: file and line of the law, or the plant's type."""
+    if name == MOTION:
+        return f"{type(loop.arm).__name__} and what shakes it"
+    law = getattr(type(loop.controller), "init" if name == START else "step", None)
+    code = getattr(law, "__code__", None)
+    where = f"{code.co_filename}, line {code.co_firstlineno}: " if code else ""
+    return f"{where}{type(loop.controller).__name__}"

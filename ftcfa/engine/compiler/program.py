@@ -1,0 +1,267 @@
+"""A traced loop as machine code: the time loop, the noise and the recording inside."""
+
+import ctypes
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import casadi as ca
+import llvmlite.binding as llvm
+
+from ftcfa.engine.compiler.assembly import Assembly, Entries, normals
+from ftcfa.engine.compiler.tape import lower
+from ftcfa.engine.compiler.trace import TracedLoop
+from ftcfa.engine.compiler.vector_math import Target, bind
+from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
+
+CACHED_PROGRAMS = 64
+OPTIMISATION = {"init": 0, "run": 2}
+"""Of LLVM's code generator: what runs once a path is compiled fast, what runs every tick well."""
+
+_P, _I = ctypes.c_void_p, ctypes.c_int64
+_INIT = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I)
+_RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _P, _I, _P, _I, _I, _I, _P, _I, _P)
+_SIGNATURES = {
+    "init": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed",
+    "run": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, ptr %rows, "
+    "i64 %row_count, ptr %first_rows, i64 %tick0, i64 %ticks, i64 %every, ptr %record, "
+    "i64 %stride, ptr %death",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Compiled code for a block of as many paths as a vector has lanes.
+
+    All arrays of doubles hold a path a lane. The code has no global state and runs without the
+    interpreter's lock, so blocks run on any threads.
+
+    Attributes:
+        init: (state, parameters, first desired row, paths, seed): fills the state.
+        run: (state, parameters, desired rows from tick on, paths, seed, rows of the process, their
+            number, each path's first row, tick, ticks, record_every, record, stride, death):
+            advances the state by some ticks. The signals of a kept tick go
+            to record[lane * stride + row * signals + i]; a path that diverges gets its tick of
+            death (NaN before) and NaN for signals from there on.
+        lanes: Paths a block.
+        states: Entries of a path's state.
+        signals: Entries of a path's recorded row.
+        engines: Owners of the code.
+    """
+
+    init: Any
+    run: Any
+    lanes: int
+    states: int
+    signals: int
+    engines: tuple[llvm.ExecutionEngine, ...]
+
+
+_programs: WeakKeyDictionary[TracedLoop, dict[Target, Program]] = WeakKeyDictionary()
+_cache: OrderedDict[str, Program] = OrderedDict()
+_lock = threading.Lock()
+
+
+def compile_loop(traced: TracedLoop, target: Target) -> Program:
+    """Compile a traced loop, or find it among those that this process has compiled."""
+    known = _programs.setdefault(traced, {})
+    if target not in known:
+        known[target] = _compiled(traced, target)
+    return known[target]
+
+
+def _compiled(traced: TracedLoop, target: Target) -> Program:
+    parts = {"init": _init(traced, target), "run": _run(traced, target)}
+    texts = {name: _module(name, asm) for name, asm in parts.items()}
+    key = sha256("".join(texts.values()).encode()).hexdigest()
+    with _lock:
+        if key not in _cache:
+            engines = {
+                name: _machine_code(texts[name], asm.symbols, OPTIMISATION[name])
+                for name, asm in parts.items()
+            }
+            _cache[key] = Program(
+                init=_INIT(engines["init"].get_function_address("init")),
+                run=_RUN(engines["run"].get_function_address("run")),
+                lanes=target.lanes,
+                states=traced.init.nnz_out(0),
+                signals=traced.recorded,
+                engines=tuple(engines.values()),
+            )
+            if len(_cache) > CACHED_PROGRAMS:
+                _cache.popitem(last=False)
+        _cache.move_to_end(key)
+        return _cache[key]
+
+
+def _machine_code(
+    text: str, symbols: set[str], optimisation: int = OPTIMISATION["run"]
+) -> llvm.ExecutionEngine:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    for symbol in symbols:
+        bind(symbol)
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=optimisation,
+        jit=True,
+    )
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine.finalize_object()
+    return engine
+
+
+def _module(name: str, asm: Assembly) -> str:
+    """One function as a module's text."""
+    head = f"define void @{name}({_SIGNATURES[name]}) {{"
+    return "\n".join([*sorted(asm.declarations), head, *asm.lines, "}"])
+
+
+def _init(traced: TracedLoop, target: Target) -> Assembly:
+    asm = Assembly(target)
+    desired = _desired(asm, "0", traced.init.nnz_in(0))
+    seed, paths = _keys(asm)
+    count = traced.init.nnz_in(1)
+    noise = normals(asm, seed, paths, asm.word(0), INITIAL_STATE, count)
+    inputs = [desired, noise.__getitem__, asm.memory("%parameters")]
+    (state,) = lower(asm, traced.init, inputs)
+    for i, value in enumerate(state):
+        asm.store(value, "%state", i)
+    asm.do("ret void")
+    return asm
+
+
+def _run(traced: TracedLoop, target: Target) -> Assembly:
+    """The loop over ticks: control and first integration step, recording, further steps."""
+    asm, first = Assembly(target), traced.first
+    asm.label("entry")
+    kept = asm.emit(f"alloca [{traced.recorded + 1} x {asm.vector}], align 64")
+    torque = asm.emit(f"alloca [{traced.joints} x {asm.vector}], align 64")
+    seed, paths = _keys(asm)
+    asm.do("%end = add i64 %tick0, %ticks")
+    asm.do("br label %head")
+
+    asm.label("head")
+    asm.do("%tick = phi i64 [ %tick0, %entry ], [ %next, %latch ]")
+    asm.do("%more = icmp slt i64 %tick, %end")
+    asm.do("br i1 %more, label %body, label %exit")
+
+    asm.label("body")
+    row = asm.emit("sub i64 %tick, %tick0")
+    desired = _desired(asm, row, first.nnz_in(1))
+    step = asm.emit(f"mul i64 %tick, {traced.substeps}")
+    noise = _noise(asm, first, seed, paths, step)
+    inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
+    after, signals, u, (alive,) = lower(asm, first, inputs)
+    living = _living(asm, alive)
+    for i, value in enumerate(after):
+        asm.store(asm.select(living, value, asm.constant(0.0)), "%state", i)
+    for i, value in enumerate(signals):
+        asm.store(asm.select(living, value, asm.constant(math.nan)), kept, i)
+    for i, value in enumerate(u):
+        asm.store(asm.select(living, value, asm.constant(0.0)), torque, i)
+    asm.do("%phase = urem i64 %tick, %every")
+    asm.do("%keep_it = icmp eq i64 %phase, 0")
+    asm.do("br i1 %keep_it, label %keep, label %further")
+    asm.label("keep")
+    _keep(asm, kept, traced.recorded)
+    _further_steps(asm, traced, torque, step, seed, paths)
+
+    asm.label("latch")
+    asm.do("%next = add i64 %tick, 1")
+    asm.do("br label %head")
+    asm.label("exit")
+    asm.do("ret void")
+    return asm
+
+
+def _keys(asm: Assembly) -> tuple[str, str]:
+    """The seed, and the numbers of the paths, as vectors of words."""
+    return asm.broadcast("i64", "%seed"), asm.emit(f"load {asm.words}, ptr %paths, align 8")
+
+
+def _noise(
+    asm: Assembly, function: ca.Function, seed: str, paths: str, step: str
+) -> tuple[Entries, Entries]:
+    """Deviates and row of one integration step: inputs 2 and 3 of a step's function."""
+    now = asm.broadcast("i64", step)
+    deviates = normals(asm, seed, paths, now, PLANT_NOISE, function.nnz_in(2))
+    columns = function.nnz_in(3)
+    row = ["poison"] * columns
+    for lane in range(asm.lanes if columns else 0):
+        first = asm.emit(f"load i64, ptr {asm.address('%first_rows', lane, 'i64')}, align 8")
+        index = asm.emit(f"urem i64 {asm.emit(f'add i64 {first}, {step}')}, %row_count")
+        base = asm.address("%rows", asm.emit(f"mul i64 {index}, {columns}"), "double")
+        for i in range(columns):
+            entry = asm.emit(f"load double, ptr {asm.address(base, i, 'double')}, align 8")
+            row[i] = asm.emit(f"insertelement {asm.vector} {row[i]}, double {entry}, i64 {lane}")
+    return deviates.__getitem__, row.__getitem__
+
+
+def _desired(asm: Assembly, row: str, entries: int) -> Entries:
+    """A row of the desired motion, which all paths share."""
+    pointer = asm.address("%desired", asm.emit(f"mul i64 {row}, {entries}"), "double")
+
+    def entry(i: int) -> str:
+        scalar = asm.emit(f"load double, ptr {asm.address(pointer, i, 'double')}, align 8")
+        return asm.broadcast("double", scalar)
+
+    return entry
+
+
+def _living(asm: Assembly, alive: str) -> str:
+    """Write the tick of death of paths that die at this one; mask of those that live on."""
+    tick = asm.broadcast("double", asm.emit("sitofp i64 %tick to double"))
+    death = asm.load("%death", 0)
+    unmarked = asm.compare("uno", death, death)
+    sound = asm.compare("une", alive, asm.constant(0.0))
+    asm.store(asm.select(sound, death, asm.select(unmarked, tick, death)), "%death", 0)
+    return asm.emit(f"and {asm.mask} {unmarked}, {sound}")
+
+
+def _keep(asm: Assembly, kept: str, recorded: int) -> None:
+    """Copy the kept signals, a path at a time, into the record; ends at label further."""
+    row = asm.emit("udiv i64 %tick, %every")
+    start = asm.emit(f"mul i64 {row}, {recorded}")
+    asm.do("br label %copy")
+    asm.label("copy")
+    asm.do("%i = phi i64 [ 0, %keep ], [ %i_next, %copy_one ]")
+    asm.do(f"%i_more = icmp slt i64 %i, {recorded}")
+    asm.do("br i1 %i_more, label %copy_one, label %further")
+    asm.label("copy_one")
+    value = asm.load(kept, "%i")
+    index = asm.emit(f"add i64 {start}, %i")
+    for lane in range(asm.lanes):
+        place = asm.emit(f"add i64 {index}, {asm.emit(f'mul i64 %stride, {lane}')}")
+        scalar = asm.emit(f"extractelement {asm.vector} {value}, i64 {lane}")
+        asm.do(f"store double {scalar}, ptr {asm.address('%record', place, 'double')}, align 8")
+    asm.do("%i_next = add i64 %i, 1")
+    asm.do("br label %copy")
+
+
+def _further_steps(
+    asm: Assembly, traced: TracedLoop, torque: str, step: str, seed: str, paths: str
+) -> None:
+    """The integration steps of a tick after the first, torque held; begins at label further."""
+    asm.label("further")
+    if traced.further is None:
+        asm.do("br label %latch")
+        return
+    asm.do("br label %substep_head")
+    asm.label("substep_head")
+    asm.do("%k = phi i64 [ 1, %further ], [ %k_next, %substep ]")
+    asm.do(f"%k_more = icmp slt i64 %k, {traced.substeps}")
+    asm.do("br i1 %k_more, label %substep, label %latch")
+    asm.label("substep")
+    noise = _noise(asm, traced.further, seed, paths, asm.emit(f"add i64 {step}, %k"))
+    inputs = [asm.memory("%state"), asm.memory(torque), *noise, asm.memory("%parameters")]
+    (after,) = lower(asm, traced.further, inputs)
+    for i, value in enumerate(after):
+        asm.store(value, "%state", i)
+    asm.do("%k_next = add i64 %k, 1")
+    asm.do("br label %substep_head")

@@ -1,0 +1,153 @@
+"""CasADi's tape, operation by operation, as vector assembly with NumPy's meaning."""
+
+from collections.abc import Callable, Sequence
+
+import casadi as ca
+
+from ftcfa.engine.compiler.assembly import Assembly, Entries
+from ftcfa.errors import TracingError
+
+
+def lower(asm: Assembly, function: ca.Function, inputs: Sequence[Entries]) -> list[list[str]]:
+    """Append a CasADi function's tape.
+
+    Args:
+        asm: Where to.
+        function: A function of symbols, all of whose outputs are dense columns.
+        inputs: What gives the entries of its inputs.
+
+    Returns:
+        Values of its outputs, entry by entry.
+    """
+    work: dict[int, str] = {}
+    masks: dict[int, str] = {}
+    outputs = [[""] * function.nnz_out(i) for i in range(function.n_out())]
+
+    def number(register: int) -> str:
+        if register not in work:
+            ones, zeros = asm.constant(1.0), asm.constant(0.0)
+            work[register] = asm.select(masks[register], ones, zeros)
+        return work[register]
+
+    def mask(register: int) -> str:
+        if register not in masks:
+            masks[register] = asm.compare("une", work[register], asm.constant(0.0))
+        return masks[register]
+
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        taken, given = function.instruction_input(k), function.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            outputs[given[0]][given[1]] = number(taken[0])
+            continue
+        if operation == ca.OP_INPUT:
+            result = inputs[taken[0]](taken[1])
+        elif operation == ca.OP_CONST:
+            result = asm.constant(function.instruction_constant(k))
+        elif operation in _LOGIC:
+            result = _LOGIC[operation](asm, *(mask(r) for r in taken))
+        elif operation == ca.OP_IF_ELSE_ZERO:
+            result = asm.select(mask(taken[0]), number(taken[1]), asm.constant(0.0))
+        else:
+            result = _numeric(operation)(asm, *(number(r) for r in taken))
+        work.pop(given[0], None)
+        masks.pop(given[0], None)
+        (masks if operation in _LOGIC or operation in _COMPARISONS else work)[given[0]] = result
+    return outputs
+
+
+def _maximum(asm: Assembly, x: str, y: str, predicate: str = "ogt") -> str:
+    """NumPy's maximum (or minimum): a NaN on either side wins."""
+    larger = asm.select(asm.compare(predicate, x, y), x, y)
+    return asm.select(asm.compare("uno", x, x), x, larger)
+
+
+def _sign(asm: Assembly, x: str) -> str:
+    """NumPy's sign: zero and NaN stay themselves."""
+    zero = asm.constant(0.0)
+    negative = asm.select(asm.compare("olt", x, zero), asm.constant(-1.0), x)
+    return asm.select(asm.compare("ogt", x, zero), asm.constant(1.0), negative)
+
+
+Numeric = Callable[..., str]
+
+_LOGIC: dict[int, Numeric] = {
+    ca.OP_NOT: lambda asm, x: asm.emit(f"xor {asm.mask} {x}, {asm.splat('i1', 'true')}"),
+    ca.OP_AND: lambda asm, x, y: asm.emit(f"and {asm.mask} {x}, {y}"),
+    ca.OP_OR: lambda asm, x, y: asm.emit(f"or {asm.mask} {x}, {y}"),
+}
+_COMPARISONS: dict[int, Numeric] = {
+    ca.OP_LT: lambda asm, x, y: asm.compare("olt", x, y),
+    ca.OP_LE: lambda asm, x, y: asm.compare("ole", x, y),
+    ca.OP_EQ: lambda asm, x, y: asm.compare("oeq", x, y),
+    ca.OP_NE: lambda asm, x, y: asm.compare("une", x, y),
+}
+_ARITHMETIC: dict[int, Numeric] = {
+    ca.OP_ADD: lambda asm, x, y: asm.arithmetic("fadd", x, y),
+    ca.OP_SUB: lambda asm, x, y: asm.arithmetic("fsub", x, y),
+    ca.OP_MUL: lambda asm, x, y: asm.arithmetic("fmul", x, y),
+    ca.OP_DIV: lambda asm, x, y: asm.arithmetic("fmul", x, asm.reciprocal(y)),
+    ca.OP_SQ: lambda asm, x: asm.arithmetic("fmul", x, x),
+    ca.OP_TWICE: lambda asm, x: asm.arithmetic("fadd", x, x),
+    ca.OP_INV: lambda asm, x: asm.reciprocal(x),
+    ca.OP_NEG: lambda asm, x: asm.emit(f"fneg {asm.vector} {x}"),
+    ca.OP_ASSIGN: lambda asm, x: x,  # noqa: ARG005
+    ca.OP_SIGN: _sign,
+    ca.OP_FMAX: _maximum,
+    ca.OP_FMIN: lambda asm, x, y: _maximum(asm, x, y, "olt"),
+}
+_INTRINSICS = {
+    ca.OP_SQRT: "sqrt",
+    ca.OP_FABS: "fabs",
+    ca.OP_FLOOR: "floor",
+    ca.OP_CEIL: "ceil",
+    ca.OP_COPYSIGN: "copysign",
+}
+_ELEMENTARY = {
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+    ca.OP_TAN: "tan",
+    ca.OP_ASIN: "asin",
+    ca.OP_ACOS: "acos",
+    ca.OP_ATAN: "atan",
+    ca.OP_SINH: "sinh",
+    ca.OP_COSH: "cosh",
+    ca.OP_TANH: "tanh",
+    ca.OP_ASINH: "asinh",
+    ca.OP_ACOSH: "acosh",
+    ca.OP_ATANH: "atanh",
+    ca.OP_EXP: "exp",
+    ca.OP_LOG: "log",
+    ca.OP_EXPM1: "expm1",
+    ca.OP_LOG1P: "log1p",
+    ca.OP_ERF: "erf",
+    ca.OP_POW: "pow",
+    ca.OP_CONSTPOW: "pow",
+    ca.OP_ATAN2: "atan2",
+    ca.OP_HYPOT: "hypot",
+    ca.OP_FMOD: "fmod",
+    ca.OP_REMAINDER: "remainder",
+}
+
+
+def _numeric(operation: int) -> Numeric:
+    """How an operation on numbers is written.
+
+    Raises:
+        TracingError: If the compiled engine has no such operation.
+    """
+    if operation in _ARITHMETIC:
+        return _ARITHMETIC[operation]
+    if operation in _COMPARISONS:
+        return _COMPARISONS[operation]
+    if operation in _INTRINSICS:
+        return lambda asm, *x: asm.intrinsic(_INTRINSICS[operation], *x)
+    if operation in _ELEMENTARY:
+        return lambda asm, *x: asm.elementary(_ELEMENTARY[operation], *x)
+    names = [name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == operation]
+    raise TracingError(
+        f"operation {names[0].removeprefix('OP_').lower()}",
+        "cannot be compiled",
+        "arithmetic, comparisons and elementary functions",
+        'use engine="interpreted"',
+    )

@@ -1,0 +1,302 @@
+"""Trace a closed loop: its own Python functions, run once on symbols, become straight-line code."""
+
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import casadi as ca
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.control.protocol import Desired
+from ftcfa.engine.compiler.agreement import (
+    DISTURBANCE,
+    MEMORY,
+    MOTION,
+    START,
+    Sample,
+    check_agreement,
+    check_pure,
+)
+from ftcfa.engine.compiler.flatten import flat, leaves, like, size
+from ftcfa.errors import ParameterError, TracingError
+from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
+from ftcfa.loop.parameters import parameter, preparation, replace_parts, with_parameter
+from ftcfa.model.arm import Arm
+from ftcfa.model.traced import symbols, traced
+
+
+@dataclass(frozen=True, eq=False)
+class TracedLoop:
+    """One sample of a closed loop as straight-line code on flat vectors.
+
+    Attributes:
+        init: (desired, normals, parameters) -> state.
+        first: (state, desired, normals, row, parameters) -> (state, signals, torque, alive): the
+            controller and the first integration step.
+        further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
+            or None.
+        signals: Name and shape of the recorded signals.
+        observer: An observer's state, the last entries of the loop's; () if there is none.
+        substeps: Integration steps a sample.
+        preparations: For each varied parameter, what turns its values, shape (paths, ...), into
+            inputs of the code, shape (paths, entries).
+    """
+
+    init: ca.Function
+    first: ca.Function
+    further: ca.Function | None
+    signals: tuple[tuple[str, tuple[int, ...]], ...]
+    observer: Any
+    substeps: int
+    preparations: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
+
+    @property
+    def recorded(self) -> int:
+        """Entries of the recorded signals."""
+        return int(self.first.nnz_out(1))
+
+    @property
+    def joints(self) -> int:
+        """Entries of the torque."""
+        return int(self.first.nnz_out(2))
+
+
+def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) -> TracedLoop:
+    """Trace a loop, or find its code among those traced before if it still agrees.
+
+    Args:
+        loop: The closed loop.
+        names: Signals to give out.
+        varied: Parameters that are inputs of the code; all others are constants of it.
+
+    Raises:
+        TracingError: If a law cannot be traced, it names the line and the reason; or if the code
+            gives other numbers than the loop itself.
+        ParameterError: If nothing computes with a varied parameter.
+    """
+    key = (tuple(names), tuple(varied))
+    with _lock:
+        known = _traced.setdefault(loop, {})
+        code = known.pop(key, None)
+        try:
+            if code is None or not _agrees(loop, code):
+                check_pure(loop)  # before symbols can get into a state that a law hides
+                code = _trace_anew(loop, names, varied)
+                _prove(loop, code)
+        except TracingError:
+            raise
+        except Exception as error:
+            raise _not_traceable(error) from error
+        _check_effect(loop, code)
+        known[key] = code
+        return code
+
+
+_traced: WeakKeyDictionary[ClosedLoop, dict[Any, TracedLoop]] = WeakKeyDictionary()
+_lock = threading.RLock()
+
+
+def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -> TracedLoop:
+    desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+    template = loop.init(desired)
+    shapes = loop.signal_shapes()
+    twin = replace_parts(loop, _twin)
+    inputs, preparations = [], []
+    for i, name in enumerate(varied):
+        value = parameter(loop, name)
+        prepare = preparation(twin, name)
+        prepared = prepare(value[None])[0]
+        symbol = symbols(f"p{i}", max(1, size(prepared)))
+        twin = with_parameter(twin, name, symbol.reshape(np.shape(prepared)))
+        inputs.append(symbol)
+        preparations.append((name, prepare))
+    with _symbols_without_value():
+        code = _trace(twin, template, {name: shapes[name] for name in names}, inputs)
+    return replace(code, preparations=tuple(preparations))
+
+
+def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
+    """Refuse a parameter that nothing computes with.
+
+    Raises:
+        ParameterError: If the motion does not depend on it.
+    """
+    used = np.zeros(code.init.nnz_in(code.init.n_in() - 1), dtype=bool)
+    for function in (code.init, code.first):
+        last = function.n_in() - 1
+        for output in range(function.n_out()):
+            used |= np.asarray(function.jac_sparsity(output, last).T, dtype=bool).any(axis=1)
+    start = 0
+    for name, prepare in code.preparations:
+        end = start + max(1, size(prepare(parameter(loop, name)[None])))
+        if not used[start:end].any():
+            raise ParameterError(
+                f"varied {name}", "no effect on the motion", "a number that the loop computes with"
+            )
+        start = end
+
+
+def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
+    """Whether code is still that of a loop, whose laws may have been given other gains."""
+    try:
+        _prove(loop, code)
+    except Exception:  # other numbers, or states of another size
+        return False
+    return True
+
+
+def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
+    """Compare code with the loop, its parameters a little changed.
+
+    Raises:
+        TracingError: If they differ.
+    """
+    rng = np.random.default_rng(0)
+    columns: list[Array] = [np.zeros(0)]
+    for name, prepare in code.preparations:
+        value = parameter(loop, name)
+        value = value * (1.0 + DISTURBANCE * rng.standard_normal())  # a body stays a body
+        loop = with_parameter(loop, name, value)
+        columns.append(prepare(value[None]).ravel())
+    parameters = np.concatenate(columns)
+
+    def by_code(sample: Sample) -> Iterator[tuple[str, Array]]:
+        desired, motion = flat(sample.desired), flat(sample.state.motion)
+        if START in sample.results:
+            yield START, _numbers(code.init(desired, sample.initial, parameters))
+        noise = (sample.normals, sample.row)
+        first = code.first(flat(sample.state), desired, *noise, parameters)
+        after, signals, u, _ = map(_numbers, first)
+        start = 0
+        for name, shape in code.signals:
+            end = start + int(np.prod(shape))
+            yield name, signals[start:end]
+            start = end
+        yield "u", u
+        yield MEMORY, after[len(motion) :]
+        yield MOTION, after[: len(motion)]
+        if code.further is not None:
+            further = code.further(motion, u, *noise, parameters)
+            yield MOTION, _numbers(further)
+
+    check_agreement(loop, by_code)
+
+
+def _numbers(column: ca.DM) -> Array:
+    return np.asarray(column).ravel()
+
+
+@contextmanager
+def _symbols_without_value() -> Iterator[None]:
+    """The float of a symbol is an error, not CasADi's NaN: math.sin(q) must not pass unseen."""
+    convert = ca.ArrayInterface.__float__
+
+    def refuse(value: ca.ArrayInterface) -> float:
+        if not value.to_casadi().is_constant():
+            raise TypeError("a symbol has no value; functions of the math module need one")
+        return convert(value)
+
+    ca.ArrayInterface.__float__ = refuse
+    try:
+        yield
+    finally:
+        ca.ArrayInterface.__float__ = convert
+
+
+def _trace(
+    loop: ClosedLoop, template: LoopState, shapes: dict[str, tuple[int, ...]], inputs: list[Array]
+) -> TracedLoop:
+    n = loop.arm.n
+    state = like(template, iter([_symbol_like(leaf) for leaf in leaves(template)]))
+    desired = Desired(*(symbols(name, n) for name in Desired._fields))
+    normals = symbols("normals", loop.process.normals)
+    row = symbols("row", loop.process.rows.shape[1])
+    noise = [_flat([normals]), _flat([row])]
+    parameters = _flat(inputs)
+
+    signals, after = loop.control(state, desired)
+    motion = loop.advance(state.motion, signals["u"], normals, row)
+    after = after._replace(motion=motion)
+    _check_sizes(loop, template, after)
+    kept = [signals[name] for name in shapes]
+    first = _function(
+        "first",
+        [_flat(leaves(state)), _flat(desired), *noise, parameters],
+        [_flat(leaves(after)), _flat(kept), _flat([signals["u"]]), _flat([alive(state)])],
+    )
+    further = None
+    if loop.substeps > 1:
+        u = symbols("u", n)
+        motion = loop.advance(state.motion, u, normals, row)
+        further = _function(
+            "further",
+            [_flat(leaves(state.motion)), _flat([u]), *noise, parameters],
+            [_flat(leaves(motion))],
+        )
+    initial = symbols("initial", loop.process.initial_normals)
+    init = _function(
+        "init",
+        [_flat(desired), _flat([initial]), parameters],
+        [_flat(leaves(loop.init(desired, initial)))],
+    )
+    return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
+
+
+def _twin(part: Any) -> Any:
+    return traced(part) if isinstance(part, Arm) else part
+
+
+def _symbol_like(leaf: Array) -> Array:
+    shape = np.shape(leaf)
+    return symbols("x", *(shape or (1,))).reshape(shape)
+
+
+def _flat(arrays: Sequence[Array]) -> ca.SX:
+    """All entries of some arrays, row by row, as one column."""
+    columns = [
+        ca.vec(ca.densify(a.reshape((size(a),)).to_casadi()))
+        if isinstance(a, ca.ArrayInterface)
+        else ca.SX(ca.DM(np.ravel(np.asarray(a, dtype=float))))
+        for a in arrays
+    ]
+    return ca.vertcat(*columns) if columns else ca.SX(0, 1)
+
+
+def _function(name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
+    return ca.Function(name, inputs, outputs, {"cse": True})
+
+
+def _check_sizes(loop: ClosedLoop, before: LoopState, after: LoopState) -> None:
+    sizes = [sum(size(leaf) for leaf in leaves(state)) for state in (before, after)]
+    if sizes[0] != sizes[1]:
+        raise TracingError(
+            f"state of {type(loop.controller).__name__}",
+            f"{sizes[0]} numbers from init, {sizes[1]} from step (q and v among them)",
+            "as many",
+            "let init return a state of full size",
+        )
+
+
+def _not_traceable(error: Exception) -> TracingError:
+    """The line at which tracing failed: the user's last one, else ours."""
+    frames = traceback.extract_tb(error.__traceback__)
+    ours = [f for f in frames if not f.filename.startswith(_LIBRARIES)]
+    users = [f for f in ours if not f.filename.startswith(_PACKAGE)]
+    where = (users or ours or frames)[-1]
+    reason = (str(error) or "no reason given").splitlines()[0]
+    return TracingError(
+        f"{where.filename}, line {where.lineno}: {where.line}",
+        f"cannot be traced ({type(error).__name__}: {reason})",
+        "NumPy expressions without branches on values",
+        "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math",
+    )
+
+
+_PACKAGE = str(Path(__file__).parents[1])
+_LIBRARIES = tuple(str(Path(str(library.__file__)).parent) for library in (ca, np, threading))

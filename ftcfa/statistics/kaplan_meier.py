@@ -1,0 +1,114 @@
+"""Distribution of the settling time from paths of which some have not settled (Kaplan-Meier)."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from ftcfa.arrays import Array
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.statistics.estimate import CONFIDENCE, Estimate, probability
+
+ROUNDING = 1e-9
+"""Of products of shares."""
+
+
+@dataclass(frozen=True, eq=False)
+class SettlingDistribution:
+    """Share of paths that have settled, over time.
+
+    Attributes:
+        time: Times at which a path settled or was last seen, rising, shape (k,) [s].
+        share: Probability of having settled by then and its band at each single time, shape (k,).
+        settled: Number of paths that settled.
+        censored: Number of paths that had not when their run ended.
+        diverged: Number of paths that diverged.
+    """
+
+    time: Array
+    share: Estimate
+    settled: int
+    censored: int
+    diverged: int
+
+    def quantile(self, p: float) -> Estimate:
+        """Time by which a share p of all paths has settled [s].
+
+        The interval holds the times at which p lies in the band (Brookmeyer and Crowley, A
+        confidence interval for the median survival time, Biometrics 38, 1982). Infinite where the
+        runs end first, or too many paths diverge.
+
+        Raises:
+            ParameterError: If p is not between 0 and 1.
+        """
+        probability("quantile of the settling time", p)
+        value, low, high = self.share
+        return Estimate(self._reach(value, p), self._reach(high, p), self._reach(low, p))
+
+    def _reach(self, share: Array, p: float) -> Array:
+        reached = np.flatnonzero(share >= p - ROUNDING)
+        return self.time[reached[0]] if reached.size else np.array(np.inf)
+
+
+def settling_distribution(
+    settled_at: npt.ArrayLike,
+    end: npt.ArrayLike,
+    diverged: npt.ArrayLike = False,
+    confidence: float = CONFIDENCE,
+) -> SettlingDistribution:
+    """Kaplan-Meier estimate of the distribution of settling times.
+
+    A path that had not settled at the end of its run might have later: it is censored there. A
+    path that diverged never settles: it stays among those that have not, to the last, so the
+    share need not reach one. The band is Greenwood's on the scale log(-log(1 - share)), which
+    keeps it within 0 and 1 (Kalbfleisch and Prentice, The Statistical Analysis of Failure Time
+    Data, 2nd ed. 2002); before the first and after the last path has settled, where that has no
+    value, it is continued.
+
+    Args:
+        settled_at: Settling time of each path, NaN where it did not settle, shape (paths,) [s].
+        end: When each run ended, shape (paths,) or a scalar [s].
+        diverged: Whether each path diverged, shape (paths,) or a scalar.
+        confidence: Of the band.
+
+    Raises:
+        ParameterError: If the confidence is not between 0 and 1, an end is not finite, or a path
+            settled after the end of its run.
+        ShapeError: If there are no paths, or numbers of paths differ.
+    """
+    probability("confidence of the settling times", confidence)
+    times = np.asarray(settled_at, dtype=float)
+    if times.ndim != 1 or times.size == 0:
+        raise ShapeError("settled_at", f"shape {times.shape}", "shape (paths,), one or more")
+    ends, dead = _per_path("end", end, times), _per_path("diverged", diverged, times).astype(bool)
+    if not np.all(np.isfinite(ends)):
+        raise ParameterError("end", repr(end), "finite times [s]")
+    settled = np.isfinite(times) & ~dead
+    late = np.flatnonzero(settled & (times > ends))
+    if late.size:
+        got = f"path {late[0]} at {times[late[0]]:g} s, its run ended at {ends[late[0]]:g} s"
+        raise ParameterError("settled_at", got, "times within the run")
+    seen = np.where(settled, times, np.where(dead, np.max(ends), ends))
+    cdf = stats.ecdf(stats.CensoredData.right_censored(seen, ~settled)).cdf
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # undefined where the share is 0 or 1
+        band = cdf.confidence_interval(confidence, method="log-log")
+    low = np.maximum.accumulate(np.nan_to_num(band.low.probabilities, nan=0.0))
+    high = np.nan_to_num(band.high.probabilities, nan=1.0)
+    high = np.minimum.accumulate(high[::-1])[::-1]
+    return SettlingDistribution(
+        cdf.quantiles,
+        Estimate(cdf.probabilities, low, high),
+        settled=int(np.sum(settled)),
+        censored=int(np.sum(~settled & ~dead)),
+        diverged=int(np.sum(dead)),
+    )
+
+
+def _per_path(name: str, values: npt.ArrayLike, times: Array) -> Array:
+    array = np.asarray(values)
+    if array.shape not in ((), times.shape):
+        raise ShapeError(name, f"shape {array.shape}", f"a scalar or shape {times.shape}")
+    return np.broadcast_to(array, times.shape)

@@ -1,0 +1,236 @@
+"""Sums of sinusoids: harmonic excitation, and random vibration by random phases."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array, counting, vector
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.vibration.excitation import EACH, Excitation, Process
+from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
+from ftcfa.vibration.spectra.standards import Specification, several, spectrum_of
+from ftcfa.vibration.synthesis import SpectralLines, spectral_lines
+
+State = tuple[Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonic(Excitation):
+    """One sinusoid a channel; several tones are a sum of these.
+
+        xi(t) = amplitude cos(2 pi frequency t + phase)
+
+    Attributes:
+        amplitude: A number, or one a channel, not negative [m/s^2].
+        frequency: A number, or one a channel [Hz].
+        phase: A number, or one a channel [rad]; None draws one for each path and channel, uniform
+            on [0, 2 pi), which makes the excitation stationary. A sine has the phase -pi/2.
+
+    Raises:
+        ParameterError, ShapeError: If one is not a number or numbers, or out of range.
+    """
+
+    amplitude: npt.ArrayLike
+    frequency: npt.ArrayLike
+    phase: npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        check_numbers("Harmonic amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")
+        check_numbers("Harmonic frequency", self.frequency, _above_zero, "numbers > 0 [Hz]")
+        if self.phase is not None:
+            check_numbers("Harmonic phase", self.phase, np.isfinite, "finite numbers [rad]")
+
+    def process(self, channels: int, step: float) -> "TonesProcess":
+        """See `Excitation.process`; the step must resolve the highest frequency."""
+        amplitudes = vector("Harmonic amplitude", self.amplitude, channels)
+        frequencies = vector("Harmonic frequency", self.frequency, channels)
+        phases = None if self.phase is None else vector("Harmonic phase", self.phase, channels)
+        check_frequency(float(frequencies.max()), step)
+        return TonesProcess(amplitudes, frequencies, (1,) * channels, step, phases)
+
+
+@dataclass(frozen=True, eq=False)
+class RandomPhase(Excitation):
+    """Random vibration as sums of lines whose phases are drawn for each path.
+
+    Each channel is a sum of `spectral_lines`, uniformly spaced: it carries the power of its
+    specification exactly, is bounded, and close to Gaussian for many lines; after a `period` it
+    repeats. Phases are independent of each other and uniform on [0, 2 pi), so the excitation is
+    stationary. `ShapedNoise` never repeats, but meets its specification only as its filter fits.
+
+    Attributes:
+        axes: A specification for each channel: the name of a table of `standards()`, a
+            `Standard`, or a `Spectrum`. One alone needs no brackets.
+        lines: Lines a channel, one more or less. The period is lines/(width of the band), so a
+            run without repetition takes lines > width times duration. Compilation and the cost of
+            a step grow with them: 200 on each of three axes take ten seconds to compile, once a
+            process, and 0.8 us a step and path, seven times as much as 20.
+
+    Raises:
+        UnknownNameError: If there is no table of a name; it lists the known ones.
+        ParameterError: If an axis is no specification, or ``lines`` no number of lines.
+    """
+
+    axes: Specification | Sequence[Specification]
+    lines: int = 200
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axes", several("RandomPhase axes", self.axes))
+        counting("RandomPhase lines", self.lines)
+        _ = self.spectra  # checks them
+
+    @cached_property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """The spectrum of each channel."""
+        return tuple(spectrum_of(axis) for axis in several("RandomPhase axes", self.axes))
+
+    @cached_property
+    def sums(self) -> tuple[SpectralLines, ...]:
+        """The lines of each channel."""
+        return tuple(spectral_lines(spectrum, self.lines) for spectrum in self.spectra)
+
+    @property
+    def period(self) -> Array:
+        """Time after which each channel repeats, shape (m,) [s]."""
+        return np.array([one.period for one in self.sums])
+
+    def process(self, channels: int, step: float) -> "TonesProcess":
+        """See `Excitation.process`; the step must resolve the band of every spectrum."""
+        if len(self.spectra) != channels:
+            raise ShapeError(
+                "RandomPhase", f"{len(self.spectra)} channels", f"{channels} channels", EACH
+            )
+        for spectrum, lines in zip(self.spectra, self.sums, strict=True):
+            check_step(spectrum, step)
+            check_frequency(float(lines.frequencies.max()), step)
+        amplitudes = np.concatenate([one.amplitudes for one in self.sums])
+        frequencies = np.concatenate([one.frequencies for one in self.sums])
+        return TonesProcess(amplitudes, frequencies, tuple(map(len, self.sums)), step)
+
+
+class TonesProcess(Process):
+    """Sums of sinusoids over steps of one length, exact for any length.
+
+        xi(t) = sum_k A_k cos theta_k,   W(t) = sum_k A_k/w_k sin theta_k,   theta_k' = w_k
+        Y     = sum_k A_k/w_k (sin(w_k h) cos theta_k - (1 - cos(w_k h)) sin theta_k)
+        U(t)  = -sum_k A_k/w_k^2 cos theta_k
+
+    each sum over the lines of a channel. The state is each line's W and Y, shape (lines,) each:
+
+        W+ = W + Y,   Y+ = Y - (2 sin(w h/2))^2 W+,   U = -(Y + (1 - cos(w h)) W)/(w sin(w h))
+
+    Rounding moves phase and size of a line by some 1e-16 a step, 1e-9 in ten million.
+
+    Args:
+        amplitudes: A_k of all channels, one channel after the other, shape (lines,) [m/s^2].
+        frequencies: w_k/(2 pi), shape (lines,) [Hz].
+        lines: How many of them belong to each channel.
+        step: h [s].
+        phases: theta_k at time zero, shape (lines,) [rad]; None draws them, independent and
+            uniform.
+    """
+
+    normals = 0
+
+    def __init__(
+        self,
+        amplitudes: Array,
+        frequencies: Array,
+        lines: tuple[int, ...],
+        step: float,
+        phases: Array | None = None,
+    ) -> None:
+        w = 2.0 * np.pi * frequencies
+        self.w, self.sizes = w, amplitudes / w
+        self.sine = np.sin(w * step)
+        self.versine = 2.0 * np.sin(0.5 * w * step) ** 2  # 1 - cos, all digits
+        self.ends = np.cumsum(lines)
+        self.phases = phases
+        self.initial_normals = 2 * -(-len(w) // 2) if phases is None else 0
+
+    def init(self, normals: Array) -> State:
+        """See `Process.init`."""
+        c, s = self._directions(normals)
+        return self.sizes * s, self.sizes * (self.sine * c - self.versine * s)
+
+    def _directions(self, normals: Array) -> State:
+        """Cosines and sines at time zero, two from two normals: Box and Muller's formula backwards.
+
+        The direction of (n1, n2) is uniform, and so is exp(-(n1^2 + n2^2)/2), on (0, 1], and
+        independent of it.
+        """
+        if self.phases is not None:
+            return np.cos(self.phases), np.sin(self.phases)
+        pairs, lines = len(normals) // 2, len(self.sizes)
+        first, second = normals[:pairs], normals[pairs:]
+        square = first**2 + second**2
+        some = square > 0
+        length = np.sqrt(np.where(some, square, 1.0))
+        angle = 2.0 * np.pi * np.exp(-0.5 * square)
+        c = np.concatenate([np.where(some, first, 1.0) / length, np.cos(angle)])
+        s = np.concatenate([second / length, np.sin(angle)])
+        return c[:lines], s[:lines]
+
+    def advance(self, state: State, normals: Array, row: Array) -> tuple[Array, State]:  # noqa: ARG002
+        """See `Process.advance`."""
+        W, Y = state
+        after = W + Y
+        return self._sums(Y), (after, Y - 2.0 * self.versine * after)
+
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`: none."""
+        return ""
+
+    def integrals(self, state: State, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.integrals`."""
+        W, Y = state
+        return self._sums(W), self._sums((Y + self.versine * W) / (-self.w * self.sine))
+
+    def _sums(self, terms: Array) -> Array:
+        """Sum over the lines of each channel, shape (m,)."""
+        starts = [0, *self.ends[:-1]]
+        return np.stack([np.sum(terms[i:j]) for i, j in zip(starts, self.ends, strict=True)])
+
+
+def check_frequency(frequency: float, step: float) -> None:
+    """Refuse an integration step that is too long for a sinusoid, as for a band that ends there.
+
+    Raises:
+        ParameterError: Naming the frequency, the step and the substeps needed.
+    """
+    check_step(Spectrum(np.array([0.5, 1.0]) * frequency, np.ones(2)), step)
+
+
+def check_numbers(
+    subject: str,
+    values: npt.ArrayLike,
+    admissible: Callable[[Array], npt.NDArray[np.bool_]],
+    expected: str,
+) -> None:
+    """Refuse what is neither a number nor one a channel, or not admissible.
+
+    Raises:
+        ParameterError: If an entry is no number, or not admissible.
+        ShapeError: If there are none, or more than one dimension.
+    """
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(subject, repr(values), expected) from error
+    if array.ndim > 1 or array.size == 0:
+        raise ShapeError(subject, f"shape {array.shape}", "a number, or one a channel")
+    if not np.all(admissible(array)):
+        raise ParameterError(subject, f"{array.tolist()}", expected)
+
+
+def not_negative(x: Array) -> npt.NDArray[np.bool_]:
+    """Which numbers are finite and at least zero."""
+    return np.isfinite(x) & (x >= 0)
+
+
+def _above_zero(x: Array) -> npt.NDArray[np.bool_]:
+    """Which numbers are finite and above zero."""
+    return np.isfinite(x) & (x > 0)

@@ -1,0 +1,124 @@
+"""A sine that sweeps through frequencies, up and down, as test benches do."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array, positive, vector
+from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.vibration.excitation import Excitation, Process
+from ftcfa.vibration.excitations.sinusoids import check_frequency, check_numbers, not_negative
+
+Kind = Literal["logarithmic", "linear"]
+KINDS = ("logarithmic", "linear")
+
+
+@dataclass(frozen=True, eq=False)
+class SineSweep(Excitation):
+    """A sine from one frequency to another in ``duration``, back in as long, and so on.
+
+        xi(t) = amplitude sin theta(t),   theta' = 2 pi f(t),   theta(0) = 0
+        f = start (stop/start)^(x/T)  or  start + (stop - start) x/T
+
+    with x the time since the last sweep began, and counted back on the way back; the phase is
+    continuous. All channels are in phase, and all paths are the same. `SweepProcess` says what of
+    this holds to first order in the change of frequency over a period only.
+
+    Attributes:
+        amplitude: A number, or one a channel, not negative [m/s^2].
+        start: Frequency at time zero [Hz].
+        stop: Frequency after ``duration``; it may be the lower one [Hz].
+        duration: T [s].
+        kind: ``"logarithmic"`` (as many seconds an octave everywhere) or ``"linear"``.
+
+    Raises:
+        ParameterError, ShapeError, UnknownNameError: If one is out of range or unknown.
+    """
+
+    amplitude: npt.ArrayLike
+    start: float
+    stop: float
+    duration: float
+    kind: Kind = "logarithmic"
+
+    def __post_init__(self) -> None:
+        check_numbers("SineSweep amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")
+        positive("SineSweep start", self.start, "[Hz]")
+        positive("SineSweep stop", self.stop, "[Hz]")
+        positive("SineSweep duration", self.duration, "[s]")
+        if self.kind not in KINDS:
+            raise UnknownNameError("SineSweep kind", str(self.kind), KINDS)
+        if self.start == self.stop:
+            raise ParameterError(
+                "SineSweep stop", f"{self.stop:g} Hz, as start", "two frequencies", "take Harmonic"
+            )
+
+    def frequency(self, x: Array) -> Array:
+        """Frequency at the time x of a sweep, 0 <= x <= T [s] -> [Hz]."""
+        share = x / self.duration
+        if self.kind == "linear":
+            return self.start + (self.stop - self.start) * share
+        return self.start * np.exp(np.log(self.stop / self.start) * share)
+
+    def turns(self, x: Array) -> Array:
+        """Phase at the time x of a sweep, the integral of the frequency [s] -> [turns]."""
+        share = x / self.duration
+        if self.kind == "linear":
+            return (self.start + 0.5 * (self.stop - self.start) * share) * x
+        ratio = np.log(self.stop / self.start)
+        return self.start * self.duration / ratio * np.expm1(ratio * share)
+
+    def process(self, channels: int, step: float) -> "SweepProcess":
+        """See `Excitation.process`; the step must resolve the highest frequency."""
+        check_frequency(max(self.start, self.stop), step)
+        return SweepProcess(vector("SineSweep amplitude", self.amplitude, channels), self, step)
+
+
+class SweepProcess(Process):
+    """A sweep over steps of one length; the state is the number of steps made.
+
+        W = -a cos(theta)/theta',   U = -a sin(theta)/theta'^2,   Y = W(t + h) - W(t)
+
+    The phase is a closed form of the time, exact to rounding (1e-16 of the turns made), so nothing
+    drifts. W is the integral of a (sin(theta) + d cos(theta)), d = theta''/theta'^2: the amplitude
+    is off by d^2/2, where the frequency changes by 2 pi d of itself in a period. U is the integral
+    of W up to 2 d in the same way.
+    """
+
+    normals = 0
+
+    def __init__(self, amplitude: Array, sweep: SineSweep, step: float) -> None:
+        self.amplitude, self.sweep, self.step = amplitude, sweep, step
+
+    def init(self, normals: Array) -> Array:  # noqa: ARG002
+        """Before the first step: none made."""
+        return np.zeros(())
+
+    def advance(self, state: Array, normals: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.advance`."""
+        now, _ = self.integrals(state, row)
+        then, _ = self.integrals(state + 1.0, row)
+        return then - now, state + 1.0
+
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`: none."""
+        return ""
+
+    def integrals(self, state: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """See `Process.integrals`."""
+        f, turns = self._at(state * self.step)
+        w, theta = 2.0 * np.pi * f, 2.0 * np.pi * turns
+        return -self.amplitude * (np.cos(theta) / w), -self.amplitude * (np.sin(theta) / w**2)
+
+    def _at(self, t: Array) -> tuple[Array, Array]:
+        """Frequency [Hz] and phase [turns, whole ones taken off] at a time [s]."""
+        T = self.sweep.duration
+        cycle = np.floor(t / (2.0 * T))
+        since = t - 2.0 * T * cycle
+        x = T - np.abs(since - T)
+        there = self.sweep.turns(x)
+        both = 2.0 * self.sweep.turns(np.asarray(T))
+        turns = np.where(since < T, there, both - there) + cycle * np.mod(both, 1.0)
+        return self.sweep.frequency(x), turns - np.floor(turns)

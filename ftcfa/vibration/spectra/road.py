@@ -1,0 +1,164 @@
+"""Road roughness by ISO 8608 classes, through a quarter-car to the floor of the vehicle.
+
+A road's height over its length has the one-sided displacement density
+
+    G_d(n) = G_d(n_0) (n/n_0)^-2,   n_0 = 0.1 cycles/m                                [m^3]
+
+At the speed V a spatial frequency n is met as f = V n, and the density per hertz is G_d(n)/V. The
+rate of change of the height, z', then has the density
+
+    (2 pi f)^2 G_d(n_0) n_0^2 (V/f)^2 / V = 4 pi^2 G_d(n_0) n_0^2 V                   [(m/s)^2/Hz]
+
+which does not depend on f: the road's velocity is white noise. Its intensity is half of the
+one-sided density per hertz:
+
+    varpi = 2 pi^2 G_d(n_0) n_0^2 V,   E[z'(t) z'(s)] = varpi delta(t - s)            [m^2/s]
+
+Provenance: the standard's text was not at hand. Exponent, reference frequency and the geometric
+means of the classes (16e-6 m^3 for A, four times as much a class) are those that the open
+literature quotes from it. The standard describes roads from about 0.01 to 10 cycles/m and the model
+continues the line beyond. Longer waves hardly accelerate the vehicle; shorter ones, which a tyre's
+patch bridges, are far above the wheel's resonance.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ftcfa.arrays import Array, positive
+from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.vibration.spectra.linear_filter import LinearFilter
+
+PROVENANCE = "ISO 8608 as quoted in the open literature; unverified in the standard itself"
+REFERENCE_FREQUENCY = 0.1
+"""n_0 [cycles/m]."""
+ROAD_CLASSES = {
+    "A": 16e-6,
+    "B": 64e-6,
+    "C": 256e-6,
+    "D": 1024e-6,
+    "E": 4096e-6,
+    "F": 16384e-6,
+}
+"""Geometric means of G_d(n_0), from very good (A) to very poor (E) and worse [m^3]."""
+
+
+@dataclass(frozen=True)
+class QuarterCar:
+    """A wheel and its share of the body: two masses, a suspension, a tyre without damping.
+
+        m_s z_s'' = -k_s (z_s - z_u) - c_s (z_s' - z_u')
+        m_u z_u'' =  k_s (z_s - z_u) + c_s (z_s' - z_u') - k_t (z_u - z_r)
+
+    Attributes:
+        sprung_mass: m_s, the body's share [kg].
+        unsprung_mass: m_u, wheel and axle [kg].
+        suspension_stiffness: k_s [N/m].
+        suspension_damping: c_s [N s/m].
+        tyre_stiffness: k_t [N/m].
+    """
+
+    sprung_mass: float
+    unsprung_mass: float
+    suspension_stiffness: float
+    suspension_damping: float
+    tyre_stiffness: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            positive(f"QuarterCar {field.name}", getattr(self, field.name))
+
+    def filter(self) -> LinearFilter:
+        """From the road's velocity z_r', white of intensity 1 m^2/s, to the acceleration z_s''.
+
+        The states are (z_s - z_u, z_s', z_u - z_r, z_u'): the road enters by its velocity only,
+        and so none of them wanders off as the road's height does.
+        """
+        ms, mu = self.sprung_mass, self.unsprung_mass
+        ks, cs, kt = self.suspension_stiffness, self.suspension_damping, self.tyre_stiffness
+        A = [
+            [0.0, 1.0, 0.0, -1.0],
+            [-ks / ms, -cs / ms, 0.0, cs / ms],
+            [0.0, 0.0, 0.0, 1.0],
+            [ks / mu, cs / mu, -kt / mu, -cs / mu],
+        ]
+        B = [[0.0], [0.0], [-1.0], [0.0]]
+        return LinearFilter(np.array(A), np.array(B), np.array(A[1:2]))
+
+
+PASSENGER_CAR = QuarterCar(250.0, 37.5, 63.3 * 250.0, 6.0 * 250.0, 653.0 * 250.0)
+"""The ratios of the International Roughness Index's reference car (Sayers, Gillespie and Queiroz
+1986; ASTM E1926): k_s/m_s = 63.3 s^-2, k_t/m_s = 653 s^-2, c_s/m_s = 6.0 s^-1, m_u/m_s = 0.15;
+250 kg is a round number. Body 1.2 Hz, wheel 11 Hz."""
+TRUCK = QuarterCar(4500.0, 500.0, 7e5, 2e4, 1.8e6)
+"""One end of a loaded truck's axle, in round numbers of no single source. Body 1.7 Hz, wheel
+11 Hz."""
+
+
+def road_roughness(road_class: str) -> float:
+    """G_d(n_0) of a road class [m^3].
+
+    Raises:
+        UnknownNameError: If it is none of A to F.
+    """
+    if road_class not in ROAD_CLASSES:
+        raise UnknownNameError("ISO 8608 road class", str(road_class), tuple(ROAD_CLASSES))
+    return ROAD_CLASSES[road_class]
+
+
+def road_density(road_class: str, n: Array) -> Array:
+    """Displacement density G_d(n) of a road class, shape of n [cycles/m] -> [m^3]."""
+    return road_roughness(road_class) * (np.asarray(n, dtype=float) / REFERENCE_FREQUENCY) ** -2
+
+
+def road_velocity_intensity(road_class: str, speed: float) -> float:
+    """Intensity of the white velocity of a road's height under a wheel at a speed.
+
+        varpi = 2 pi^2 G_d(n_0) n_0^2 V
+
+    Args:
+        road_class: "A" to "F".
+        speed: V [m/s].
+
+    Returns:
+        varpi [m^2/s].
+    """
+    positive("road speed", speed, "[m/s]")
+    return 2.0 * np.pi**2 * road_roughness(road_class) * REFERENCE_FREQUENCY**2 * speed
+
+
+@dataclass(frozen=True, eq=False)
+class Road:
+    """A vehicle's floor on a road: one axis of `ShapedNoise`.
+
+    Attributes:
+        road_class: "A" to "F" of ISO 8608.
+        speed: V [m/s].
+        vehicle: A quarter-car, or a filter of one's own from the road's velocity, white of
+            intensity 1 m^2/s, to accelerations.
+
+    Raises:
+        UnknownNameError: If there is no such class.
+        ParameterError: If the speed or the vehicle is none.
+    """
+
+    road_class: str
+    speed: float
+    vehicle: QuarterCar | LinearFilter = PASSENGER_CAR
+
+    def __post_init__(self) -> None:
+        road_velocity_intensity(self.road_class, self.speed)
+        if not isinstance(self.vehicle, QuarterCar | LinearFilter):
+            raise ParameterError(
+                "Road vehicle", repr(self.vehicle), "a QuarterCar or a LinearFilter"
+            )
+        if isinstance(self.vehicle, LinearFilter) and self.vehicle.inputs != 1:
+            raise ParameterError(
+                "Road vehicle", f"a filter of {self.vehicle.inputs} inputs", "one input, z_r'"
+            )
+
+    def filter(self) -> LinearFilter:
+        """From white noise of unit intensity to the acceleration of the floor [m/s^2]."""
+        gain = float(np.sqrt(road_velocity_intensity(self.road_class, self.speed)))
+        vehicle = self.vehicle
+        return (vehicle.filter() if isinstance(vehicle, QuarterCar) else vehicle).scaled(gain)

@@ -1,0 +1,220 @@
+"""Vibration specifications by name, and tables of a user's own in the same TOML schema.
+
+[name]
+points = [[10, 0.015], [40, 0.015], [500, 0.00015]]   # [Hz, g^2/Hz], the one key required
+unit = "g^2/Hz"                                       # or "(m/s^2)^2/Hz"
+source = "where the table stands"
+verified = "how sure that is"
+nominal_g_rms = 1.04                                  # checked to 5 % where given
+integral_g_rms = 1.043                                # checked to 1 % where given
+plausible_g_rms = 60                                  # above it the unit is doubted
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.vibration.spectra.spectrum import PLAUSIBLE_G_RMS, STANDARD_GRAVITY, Spectrum
+
+SHIPPED = Path(__file__).with_name("standards.toml")
+G_UNIT, SI_UNIT = "g^2/Hz", "(m/s^2)^2/Hz"
+LEVEL_TOLERANCE = {"integral_g_rms": 0.01, "nominal_g_rms": 0.05}
+"""Allowed relative difference of the integral; a nominal level is often rounded to two digits."""
+TEXTS = ("unit", "source", "verified")
+LEVELS = ("nominal_g_rms", "integral_g_rms", "plausible_g_rms")
+NOT_STATED = "not stated"
+
+
+@dataclass(frozen=True, eq=False)
+class Standard:
+    """A vibration specification with its provenance.
+
+    Attributes:
+        name: Its name here.
+        source: The document that states it.
+        verified: How far that was checked; begins with "unverified" where no primary source
+            was seen.
+        nominal_g_rms: The overall level that the specification states, if it does [g].
+        spectrum: The break points.
+    """
+
+    name: str
+    source: str
+    verified: str
+    nominal_g_rms: float | None
+    spectrum: Spectrum
+
+    @property
+    def provenance(self) -> str:
+        """Source and how far it was checked; to be shown wherever the table is offered."""
+        return f"source: {self.source}; verified: {self.verified}"
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.spectrum} ({self.provenance})"
+
+
+def standards() -> Mapping[str, Standard]:
+    """The tables that come with the package, by name."""
+    return _shipped()
+
+
+def standard(name: str) -> Standard:
+    """One of them.
+
+    Raises:
+        UnknownNameError: If there is none of that name.
+    """
+    known = standards()
+    if name not in known:
+        raise UnknownNameError("vibration standard", str(name), tuple(known))
+    return known[name]
+
+
+def read_table(file: str | Path) -> Mapping[str, Standard]:
+    """The specifications of a TOML file, by table name.
+
+    Args:
+        file: One TOML table a specification, with the keys above.
+
+    Raises:
+        ParameterError: Naming file, table and key of what is wrong.
+        UnknownNameError: If a table has a key that means nothing here.
+    """
+    path = Path(file)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ParameterError(
+            str(path), error.strerror or str(error), "a readable TOML file"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ParameterError(str(path), str(error), "a TOML file") from error
+    if not document:
+        raise ParameterError(str(path), "no table", "one TOML table a specification", _EXAMPLE)
+    return MappingProxyType({name: _entry(path, name, it) for name, it in document.items()})
+
+
+@cache
+def _shipped() -> Mapping[str, Standard]:
+    return read_table(SHIPPED)
+
+
+_EXAMPLE = "such as [floor] with points = [[10, 0.015], [500, 0.00015]]"
+
+
+def _entry(path: Path, name: str, entry: Any) -> Standard:
+    where = f"{path}: [{name}]"
+    if not isinstance(entry, dict):
+        raise ParameterError(f"{path}: '{name}'", repr(entry), "a TOML table", _EXAMPLE)
+    known = ("points", *TEXTS, *LEVELS)
+    for key in entry:
+        if key not in known:
+            raise UnknownNameError(f"{where}: key", key, known)
+    texts = {key: _text(where, key, entry.get(key, NOT_STATED)) for key in TEXTS}
+    levels = {key: _level(where, key, entry[key]) for key in LEVELS if key in entry}
+    unit = entry.get("unit", G_UNIT)
+    if unit not in (G_UNIT, SI_UNIT):
+        raise ParameterError(f"{where}: unit", repr(unit), f'"{G_UNIT}" or "{SI_UNIT}"')
+    points = _points(where, entry)
+    plausible = levels.get("plausible_g_rms", PLAUSIBLE_G_RMS)
+    try:
+        if unit == G_UNIT:
+            spectrum = Spectrum.from_g(points[:, 0], points[:, 1], plausible)
+        else:
+            spectrum = Spectrum(points[:, 0], points[:, 1])
+    except ParameterError as error:
+        raise ParameterError(
+            f"{where}: points: {error.subject}", error.got, error.expected, error.remedy
+        ) from error
+    for key, tolerance in LEVEL_TOLERANCE.items():
+        if key in levels:
+            _check_level(where, key, levels[key], spectrum.g_rms(), tolerance)
+    return Standard(name, texts["source"], texts["verified"], levels.get("nominal_g_rms"), spectrum)
+
+
+def _text(where: str, key: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise ParameterError(f"{where}: {key}", repr(value), "a text")
+    return value
+
+
+def _level(where: str, key: str, value: Any) -> float:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (number and np.isfinite(value) and value > 0):
+        raise ParameterError(f"{where}: {key}", repr(value), "a number > 0 [g]")
+    return float(value)
+
+
+def _points(where: str, entry: Mapping[str, Any]) -> Any:
+    """The break points, shape (k, 2)."""
+    if "points" not in entry:
+        raise ParameterError(f"{where}: points", "missing", "[[frequency, density], ...]", _EXAMPLE)
+    rows = entry["points"]
+    pairs = isinstance(rows, list) and all(isinstance(r, list) and len(r) == 2 for r in rows)
+    numbers = pairs and all(type(x) in (int, float) for row in rows for x in row)
+    if not (numbers and rows):
+        raise ParameterError(
+            f"{where}: points", repr(rows), "[[frequency, density], ...]", _EXAMPLE
+        )
+    return np.array(rows, dtype=float)
+
+
+def _check_level(where: str, key: str, stated: float, level: float, tolerance: float) -> None:
+    if abs(level / stated - 1.0) <= tolerance:
+        return
+    remedy = "correct the points or the level"
+    if abs(level / stated * STANDARD_GRAVITY - 1.0) <= tolerance:
+        remedy = "the points are 9.81 times too small in amplitude: is their unit g^2/Hz?"
+    elif abs(level / stated / STANDARD_GRAVITY - 1.0) <= tolerance:
+        remedy = f'the points are 9.81 times too large in amplitude: state unit = "{SI_UNIT}"'
+    raise ParameterError(
+        f"{where}: {key}",
+        f"{stated:g} stated, {level:.4g} g rms by integration of the points",
+        f"agreement to {100 * tolerance:g} %",
+        remedy,
+    )
+
+
+Specification = str | Standard | Spectrum
+"""A specification: the name of a standard's table, the table, or a spectrum."""
+
+
+def spectrum_of(specification: Specification) -> Spectrum:
+    """The spectrum of a specification.
+
+    Raises:
+        UnknownNameError: If there is no table of a name; it lists the known ones.
+        ParameterError: If it is no specification.
+    """
+    if isinstance(specification, str):
+        specification = standard(specification)
+    if isinstance(specification, Standard):
+        return specification.spectrum
+    if isinstance(specification, Spectrum):
+        return specification
+    raise ParameterError(
+        "vibration specification",
+        repr(specification),
+        "a standard's name, a Standard or a Spectrum",
+        "break points make one: Spectrum.from_g([10, 40, 500], [0.015, 0.015, 0.00015])",
+    )
+
+
+def several(subject: str, axes: Any) -> tuple[Any, ...]:
+    """The axes of an excitation as a tuple; a single one needs no brackets.
+
+    Raises:
+        ParameterError: If there is none.
+    """
+    one = isinstance(axes, str) or not isinstance(axes, Sequence)
+    found = (axes,) if one else tuple(axes)
+    if not found:
+        raise ParameterError(subject, "none", "a specification for each axis")
+    return found
