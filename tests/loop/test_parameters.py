@@ -27,7 +27,7 @@ from ftcfa import (
 )
 from ftcfa.loop.parameters import parameter
 
-from .loops import PI, Spring, gantry, masses, shaken
+from ..engine.loops import PI, Spring, gantry, masses, shaken
 
 TOLERANCE = 1e-10
 """Relative to the largest entry. A constant folds at compile time and an input does not, so the

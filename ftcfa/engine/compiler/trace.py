@@ -298,5 +298,5 @@ def _not_traceable(error: Exception) -> TracingError:
     )
 
 
-_PACKAGE = str(Path(__file__).parents[1])
+_PACKAGE = str(Path(__file__).parents[2])
 _LIBRARIES = tuple(str(Path(str(library.__file__)).parent) for library in (ca, np, threading))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ftcfa.errors import UnknownNameError, UrdfError
 
-_PACKAGE = Path(__file__).parents[1]
+_PACKAGE = Path(__file__).parents[2]
 _DATA_PACKAGE = "example-robot-data"
 _DATA_ROOT = "share/example-robot-data/robots"
 
