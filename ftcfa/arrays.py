@@ -9,10 +9,12 @@ import numpy.typing as npt
 from ftcfa.errors import ParameterError, ShapeError
 
 Array: TypeAlias = npt.NDArray[np.floating[Any]]
-"""Numbers; while a loop is traced, CasADi symbols that behave like them."""
+"""Floats of any shape; numbers only."""
+Traceable: TypeAlias = npt.NDArray[np.floating[Any]]
+"""Floats or, while a loop is traced, CasADi symbols that behave like them."""
 
 
-def solve_spd(A: Array, b: Array) -> Array:
+def solve_spd(A: Traceable, b: Traceable) -> Traceable:
     """Solve A x = b.
 
     Args:
@@ -27,8 +29,8 @@ def solve_spd(A: Array, b: Array) -> Array:
     return _solve_ldl(A, b)
 
 
-def _solve_ldl(A: Array, b: Array) -> Array:
-    """The same for symbols, entry by entry: A = L D L^T, then two substitutions."""
+def _solve_ldl(A: Traceable, b: Traceable) -> Traceable:
+    """Solve A x = b for symbols, entry by entry: A = L D L^T, then two substitutions."""
     n = b.shape[0]
     L: list[list[Any]] = [[None] * n for _ in range(n)]
     W: list[list[Any]] = [[None] * n for _ in range(n)]  # W = L D
