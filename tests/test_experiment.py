@@ -67,7 +67,7 @@ from ftcfa import (
 from ftcfa.description.read import rebuild
 from ftcfa.description.registry import PARTS, choices, element, parameters
 from ftcfa.description.write import describe, document, self_contained
-from ftcfa.model.urdf.catalogue import robots_folder
+from ftcfa.model.urdf.catalogue import catalogue, robots_folder
 
 DURATION = 0.05
 ARM = load_arm("double_pendulum")
@@ -606,7 +606,7 @@ def test_what_results_remember_shows_any_part():
     assert told["controller"] == {"type": "Push"}
 
 
-ROBOTS = ", ".join(ftcfa.model.catalogue.catalogue())
+ROBOTS = ", ".join(catalogue())
 TOP = (
     "duration, seed, paths, record_every, tolerance, after, quantiles, chunk, specification, "
     "arm, controller, reference, vibration, period, substeps, integrator, q0, v0, uncertainty"

@@ -1,8 +1,5 @@
 """The arms that every property is checked on."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from ftcfa import Arm, load_arm
@@ -13,15 +10,3 @@ from ftcfa.model.urdf.catalogue import catalogue
 def arm(request: pytest.FixtureRequest) -> Arm:
     """Every arm of the catalogue in turn."""
     return load_arm(request.param)
-
-
-@pytest.fixture
-def urdf(tmp_path: Path) -> Callable[..., Path]:
-    """Writes a URDF text or bytes to a file."""
-
-    def write(text: str | bytes, name: str = "arm.urdf") -> Path:
-        file = tmp_path / name
-        file.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return file
-
-    return write
