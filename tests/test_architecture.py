@@ -26,8 +26,12 @@ LAYERS = (
     {"cli"},
     {"__main__"},
 )
-HOMES = {"pinocchio": "model.arm", "matplotlib": "report", "plotly": "report"}
-"""Libraries, and the one module or folder that may import each."""
+HOMES = {
+    "pinocchio": ("model.arm", "model.pinocchio_model"),
+    "matplotlib": ("report",),
+    "plotly": ("report",),
+}
+"""Libraries, and the modules or folders that may import each."""
 
 
 def modules(package):
@@ -72,8 +76,8 @@ def strangers(package):
     """Imports of libraries away from their homes, as (importer, imported)."""
     for module, file in modules(package):
         for target in imported(file, package):
-            home = HOMES.get(target.split(".")[0])
-            if home is not None and not f"{module}.".startswith(f"{home}."):
+            homes = HOMES.get(target.split(".")[0])
+            if homes and not any(f"{module}.".startswith(f"{home}.") for home in homes):
                 yield module, target
 
 

@@ -1,4 +1,4 @@
-"""An arm's dynamics as numbers, computed by Pinocchio (this module is its only importer)."""
+"""Dynamics of an arm as numbers, computed by Pinocchio."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,47 +10,23 @@ import pinocchio as pin
 
 from ftcfa.arrays import Array, solve_spd
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.model.friction import check_joint_friction, damping_matrix
 from ftcfa.model.inertia import (
+    check_inertias,
     check_spread,
     inertial_parameters,
+    inertial_weights,
     perturbed_pseudo_inertia,
     pseudo_inertia,
 )
-from ftcfa.model.tree import BodyFrame, KinematicTree
-
-UNPHYSICAL = 1e-9
-"""A pseudo-inertia's negative eigenvalue is rounding up to this share of its largest entry."""
-FRICTION_VELOCITY = 1e-3
-"""Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
-
-
-def pinocchio_model(xml: str, gravity: Array, mounting: Array) -> pin.Model:
-    """Pinocchio's model of a URDF text.
-
-    Args:
-        xml: The text.
-        gravity: Gravity field in world axes, shape (3,) [m/s^2].
-        mounting: Orientation of the base in the world, shape (3, 3). The model's own base frame
-            has the world's axes, so that every quantity of the base is in these.
-    """
-    model = pin.buildModelFromXML(xml)
-    model.gravity.linear = gravity
-    turn = pin.SE3(mounting, np.zeros(3))
-    for i in range(1, model.njoints):
-        if model.parents[i] == 0:
-            model.jointPlacements[i] = turn * model.jointPlacements[i]
-    for frame in model.frames[1:]:  # the first is the world's
-        if frame.parentJoint == 0:
-            frame.placement = turn * frame.placement
-    return model
-
-
-def _body(row: Array) -> pin.Inertia:
-    """A body of ten inertial parameters; a massless one has no centre to divide for."""
-    if row[0] != 0:
-        return pin.Inertia.FromDynamicParameters(row)
-    xx, xy, yy, xz, yz, zz = row[4:]
-    return pin.Inertia(0.0, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+from ftcfa.model.pinocchio_model import (
+    body_inertias,
+    frames_by_name,
+    kinematic_tree,
+    on_a_free_base,
+    with_body_inertias,
+)
+from ftcfa.model.tree import KinematicTree
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,23 +105,12 @@ class Arm:
         A row is m, m c (3), and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's origin
         [kg, kg m, kg m^2].
         """
-        return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
+        return body_inertias(self.model)
 
     @property
     def inertial_weights(self) -> Array:
-        """Scale of the inertial parameters for an adaptive law, shape (10 N,).
-
-            W = m (1, r^2, r^2, r^2, r^4, ..., r^4) for every body,   r^2 = tr I/(2 m),
-
-        where I is its inertia about the joint's origin and so r its radius of gyration there:
-        parameters moved by W times a gradient move in proportion to the body's own.
-        """
-        rows = self.inertias
-        mass, square = rows[:, 0], rows[:, [4, 6, 9]].sum(axis=1) / 2.0  # m, m r^2
-        some = mass > 0
-        r2 = np.where(some, square, 0.0) / np.where(some, mass, 1.0)
-        weights = np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1)
-        return weights.ravel()
+        """Scale of the inertial parameters for an adaptive law, shape (10 N,)."""
+        return inertial_weights(self.inertias)
 
     def with_inertias(self, inertias: Array) -> "Arm":
         """The same arm with other inertial parameters, shape (N, 10) as in `inertias`.
@@ -155,9 +120,7 @@ class Arm:
             ParameterError: If no body can have them.
         """
         self.check_inertias(inertias)
-        model = self.model.copy()
-        for i, row in enumerate(inertias):
-            model.inertias[i + 1] = _body(row)
+        model = with_body_inertias(self.model, inertias)
         source = {**(self.source or {}), "inertias": np.asarray(inertias).tolist()}
         return replace(self, model=model, source=source)
 
@@ -173,29 +136,13 @@ class Arm:
         given: dict[str, Any] = {"damping": damping, "friction": friction}
         given = {name: values for name, values in given.items() if values is not None}
         for name, values in given.items():
-            subject = f"{name} of {self.name}"
-            if np.shape(values) != (len(self.g0),):
-                raise ShapeError(subject, f"shape {np.shape(values)}", f"({len(self.g0)},)")
-            if not np.all(np.isfinite(values) & (values >= 0)):
-                raise ParameterError(subject, f"{values.tolist()}", "numbers >= 0")
-        told = {name: values.tolist() for name, values in given.items()}
-        return replace(self, **given, source={**(self.source or {}), **told})
+            check_joint_friction(f"{name} of {self.name}", values, len(self.g0))
+        lists = {name: values.tolist() for name, values in given.items()}
+        return replace(self, **given, source={**(self.source or {}), **lists})
 
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
-        rows = np.asarray(inertias, dtype=float)
-        expected = (self.model.njoints - 1, 10)
-        if rows.shape[-2:] != expected:
-            raise ShapeError(f"inertias of {self.name}", f"shape {rows.shape}", f"{expected}")
-        smallest = np.linalg.eigvalsh(pseudo_inertia(rows))[..., 0]
-        slack = UNPHYSICAL * np.abs(rows).max(axis=-1)
-        if np.any(smallest < -slack) or not np.all(np.isfinite(rows)):
-            raise ParameterError(
-                f"inertias of {self.name}",
-                f"a pseudo-inertia with the eigenvalue {smallest.min():.3g}",
-                "positive semidefinite pseudo-inertias",
-                "draw them with Arm.perturbed",
-            )
+        check_inertias(f"inertias of {self.name}", inertias, len(self.g0))
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -203,25 +150,8 @@ class Arm:
             raise ParameterError(f"effort_limit of {self.name}", f"{limits.min():g}", "numbers > 0")
 
     def tree(self) -> KinematicTree:
-        """The model's constants as plain arrays."""
-        joints, data = self.model.joints[1:], self.model.createData()
-        axes = np.array([data.joints[joint.id].S.ravel() for joint in joints])  # (N, 6)
-        placements = [self.model.jointPlacements[joint.id] for joint in joints]
-        prismatic = np.linalg.norm(axes[:, :3], axis=1) > 0
-        return KinematicTree(
-            parents=tuple(self.model.parents[joint.id] - 1 for joint in joints),
-            rotations=np.array([placement.rotation for placement in placements]),
-            translations=np.array([placement.translation for placement in placements]),
-            axes=np.where(prismatic[:, None], axes[:, :3], axes[:, 3:]),
-            prismatic=tuple(bool(p) for p in prismatic),
-            gravity=self.gravity,
-            frames={
-                name: BodyFrame(
-                    frame.parentJoint - 1, frame.placement.rotation, frame.placement.translation
-                )
-                for name, frame in self._frames.items()
-            },
-        )
+        """Constants of the model as plain arrays."""
+        return kinematic_tree(self.model)
 
     @property
     def gravity(self) -> Array:
@@ -235,10 +165,7 @@ class Arm:
 
     @cached_property
     def _frames(self) -> dict[str, pin.Frame]:
-        """Pinocchio's frames by name; a link comes before a joint of the same name."""
-        frames = list(self.model.frames)[1:]
-        links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
-        return {frame.name: frame for frame in (*frames, *links)}
+        return frames_by_name(self.model)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the work spaces, which belong to this object."""
@@ -275,15 +202,9 @@ class Arm:
         return self.G.T @ h
 
     def damping_matrix(self, v: Array) -> Array:
-        """D(v) with f(v) = D(v) v, symmetric positive semidefinite, shape (n, n).
-
-            D = G^T diag(damping + friction / sqrt(v_j^2 + e^2)) G,   e = FRICTION_VELOCITY
-
-        Coulomb friction is regularised: a joint that should stick creeps below e.
-        """
-        v_joint = self._model_v(v)
-        coefficient = self.damping + self.friction / np.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
-        return (self.G.T * coefficient) @ self.G
+        """D(v) of joint friction, shape (n, n); see `ftcfa.model.friction.damping_matrix`."""
+        self._check_shape("v", v)
+        return damping_matrix(self.G, self.damping, self.friction, v)
 
     def friction_force(self, v: Array) -> Array:
         """f(v) = D(v) v: viscous and Coulomb friction of the URDF, shape (n,) [N m or N]."""
@@ -371,14 +292,7 @@ class Arm:
 
     @cached_property
     def _free_flyer(self) -> tuple[pin.Model, pin.Data]:
-        """The same model on a base that is free to move, without gravity."""
-        free, fixed = pin.Model(), self.model
-        free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
-        for i in range(1, fixed.njoints):
-            parent = fixed.parents[i] + 1
-            free.addJoint(parent, fixed.joints[i], fixed.jointPlacements[i], fixed.names[i])
-            free.appendBodyToJoint(i + 1, fixed.inertias[i], pin.SE3.Identity())
-        free.gravity.linear = np.zeros(3)
+        free = on_a_free_base(self.model)
         return free, free.createData()
 
     def perturbed(

@@ -1,4 +1,4 @@
-"""Physically consistent changes of inertia, and the bounds of the mass matrix (Assumption 3).
+"""Inertial parameters of bodies, and physically consistent changes of them.
 
 A body's pseudo-inertia J = integral of [x; 1][x; 1]^T dm is positive semidefinite exactly if some
 distribution of mass has that mass, centre and rotational inertia (Wensing, Kim, Slotine 2018).
@@ -6,16 +6,15 @@ Deforming the body, x -> F x + d, and scaling its density maps J to s T J T^T, w
 positive (semi)definite whatever the draw: no draw can be unphysical.
 """
 
-from collections.abc import Callable
 from numbers import Real
-from typing import Protocol
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError
+from ftcfa.errors import ParameterError, ShapeError
 
+UNPHYSICAL = 1e-9
+"""A pseudo-inertia's negative eigenvalue is rounding up to this share of its largest entry."""
 LARGEST_SPREAD = 2.0
 """Of a logarithm, a strain or a displacement [m]. Far beyond it the bodies of one robot differ by
 more digits than a double has, and its mass matrix is no longer positive definite."""
@@ -108,95 +107,45 @@ def inertial_parameters(J: Array) -> Array:
     return np.stack([J[..., 3, 3], *np.moveaxis(J[..., :3, 3], -1, 0), *inertia], axis=-1)
 
 
+def inertial_weights(parameters: Array) -> Array:
+    """Scale of the inertial parameters for an adaptive law, shape (10 N,) of (N, 10).
+
+        W = m (1, r^2, r^2, r^2, r^4, ..., r^4) for every body,   r^2 = tr I/(2 m)
+
+    I is the body's inertia about the joint's origin, and so r its radius of gyration there.
+    Parameters that are moved by W times a gradient move in proportion to the body's own.
+    """
+    mass, square = parameters[:, 0], parameters[:, [4, 6, 9]].sum(axis=1) / 2.0  # m, m r^2
+    some = mass > 0
+    r2 = np.where(some, square, 0.0) / np.where(some, mass, 1.0)
+    weights = np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1)
+    return weights.ravel()
+
+
+def check_inertias(subject: str, parameters: Array, bodies: int) -> None:
+    """Raise unless inertial parameters, shape (..., bodies, 10), are those of possible bodies.
+
+    Raises:
+        ShapeError: If they are not of that shape.
+        ParameterError: If no distribution of mass has them.
+    """
+    rows = np.asarray(parameters, dtype=float)
+    expected = (bodies, 10)
+    if rows.shape[-2:] != expected:
+        raise ShapeError(subject, f"shape {rows.shape}", f"{expected}")
+    smallest = np.linalg.eigvalsh(pseudo_inertia(rows))[..., 0]
+    slack = UNPHYSICAL * np.abs(rows).max(axis=-1)
+    if np.any(smallest < -slack) or not np.all(np.isfinite(rows)):
+        raise ParameterError(
+            subject,
+            f"a pseudo-inertia with the eigenvalue {smallest.min():.3g}",
+            "positive semidefinite pseudo-inertias",
+            "draw them with Arm.perturbed",
+        )
+
+
 def check_spread(subject: str, value: float) -> None:
     """Raise ParameterError unless a spread is a number from 0 to LARGEST_SPREAD."""
     number = isinstance(value, Real) and not isinstance(value, bool)
     if not (number and 0 <= value <= LARGEST_SPREAD):
         raise ParameterError(subject, repr(value), f"a number from 0 to {LARGEST_SPREAD:g}")
-
-
-class HasMassMatrix(Protocol):
-    """What the bounds need of an arm."""
-
-    @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        ...
-
-    @property
-    def lower(self) -> Array:
-        """Lower limits, shape (n,)."""
-        ...
-
-    @property
-    def upper(self) -> Array:
-        """Upper limits, shape (n,)."""
-        ...
-
-    def mass_matrix(self, q: Array) -> Array:
-        """M(q), shape (n, n)."""
-        ...
-
-    def coriolis_matrix(self, q: Array, v: Array) -> Array:
-        """C(q, v) with M' - 2 C skew-symmetric, shape (n, n)."""
-        ...
-
-
-def joint_box(arm: HasMassMatrix) -> tuple[Array, Array]:
-    """The joint range, shape (n,) each [rad or m]; an unlimited joint counts as [-pi, pi]."""
-    lower = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
-    upper = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
-    return lower, upper
-
-
-def mass_matrix_bounds(
-    arm: HasMassMatrix, samples: int = 256, starts: int = 3
-) -> tuple[float, float]:
-    """Smallest and largest eigenvalue of M over the joint range: Mmin, Mmax of Assumption 3.
-
-    Random sampling finds ``starts`` promising postures, a bounded quasi-Newton search improves
-    each; deterministic. The result is the best posture found, not a proof of optimality.
-
-    Returns:
-        (Mmin, Mmax) [kg m^2 for revolute joints, kg for prismatic ones].
-    """
-    postures = np.random.default_rng(0).uniform(*joint_box(arm), (samples, arm.n))
-    spectra = np.array([np.linalg.eigvalsh(arm.mass_matrix(q)) for q in postures])
-
-    def extreme(sign: float, index: int) -> float:
-        def objective(q: Array) -> tuple[float, Array]:
-            values, vectors = np.linalg.eigh(arm.mass_matrix(q))
-            return sign * values[index], sign * quadratic_gradient(arm, q, vectors[:, index])
-
-        best = postures[np.argsort(sign * spectra[:, index])[:starts]]
-        return sign * min(least(objective, q, arm)[0] for q in best)
-
-    return extreme(1.0, 0), extreme(-1.0, -1)
-
-
-def quadratic_gradient(arm: HasMassMatrix, q: Array, x: Array) -> Array:
-    """Gradient of x^T M(q) x for a constant x, shape (n,).
-
-        d(v^T M v)/dq = 2 (M' v - C v) = 2 C^T v,   since M' = C + C^T
-
-    For a unit eigenvector x it is the gradient of the eigenvalue.
-    """
-    return 2.0 * arm.coriolis_matrix(q, x).T @ x
-
-
-def least(
-    objective: Callable[[Array], tuple[float, Array]], q: Array, arm: HasMassMatrix
-) -> tuple[float, Array]:
-    """A local minimum over the joint range, by a bounded quasi-Newton search from a posture.
-
-    Args:
-        objective: Gives value and gradient at a posture.
-        q: Where the search begins, shape (n,).
-        arm: Whose joint range it is.
-
-    Returns:
-        The value and the posture, never worse than the first one.
-    """
-    bounds = list(zip(*joint_box(arm), strict=True))
-    found = minimize(objective, q, jac=True, bounds=bounds, method="L-BFGS-B")
-    return float(found.fun), found.x

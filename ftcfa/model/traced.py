@@ -15,7 +15,8 @@ import numpy as np
 
 from ftcfa.arrays import Array, solve_spd
 from ftcfa.errors import TracingError
-from ftcfa.model.arm import FRICTION_VELOCITY, Arm
+from ftcfa.model.arm import Arm
+from ftcfa.model.friction import damping_matrix
 from ftcfa.model.recursions import ENTRIES, Body, Chain
 
 AGREEMENT = 1e-9
@@ -185,11 +186,8 @@ class TracedArm:
         return array(self._forces(column(q), ca.DM.zeros(self.n), self._parameters), 1)
 
     def damping_matrix(self, v: Array) -> Array:
-        """D(v), shape (n, n); see `Arm.damping_matrix`."""
-        G = ca.DM(self.linear_map)
-        v_joint = G @ column(v)
-        root = ca.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
-        return array(G.T @ ca.diag(column(self.damping) + column(self.friction) / root) @ G, 2)
+        """D(v), shape (n, n); see `ftcfa.model.friction.damping_matrix`."""
+        return damping_matrix(self.linear_map, self.damping, self.friction, v)
 
     def friction_force(self, v: Array) -> Array:
         """f(v), shape (n,)."""

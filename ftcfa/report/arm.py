@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ftcfa.model.arm import Arm
-from ftcfa.model.inertia import mass_matrix_bounds
+from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds
 from ftcfa.report.terminal import plain_table, print_fitted
 
 NAMED_ZEROS = 4

@@ -6,7 +6,7 @@ import numpy as np
 
 from ftcfa.arrays import Array, counting
 from ftcfa.model.arm import Arm
-from ftcfa.model.inertia import joint_box, least, mass_matrix_bounds, quadratic_gradient
+from ftcfa.model.mass_matrix_bounds import joint_box, least, mass_matrix_bounds, quadratic_gradient
 from ftcfa.model.uncertainty import Uncertainty
 
 POSTURES = 64

@@ -21,7 +21,7 @@ from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
-from ftcfa.model.inertia import joint_box, mass_matrix_bounds
+from ftcfa.model.mass_matrix_bounds import joint_box, mass_matrix_bounds
 from ftcfa.statistics.estimate import probability
 from ftcfa.theory.generator import check_white, paper_law
 

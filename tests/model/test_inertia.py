@@ -8,11 +8,8 @@ from hypothesis import strategies as st
 
 from ftcfa import Arm, ParameterError, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.inertia import (
-    mass_matrix_bounds,
-    perturbed_pseudo_inertia,
-    quadratic_gradient,
-)
+from ftcfa.model.inertia import perturbed_pseudo_inertia
+from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds, quadratic_gradient
 
 ROUNDING = 1e-12
 """Relative to the largest entry."""

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, vector
 from ftcfa.errors import ParameterError, UnknownNameError, UrdfError
-from ftcfa.model.arm import Arm, pinocchio_model
-from ftcfa.model.inertia import joint_box
+from ftcfa.model.arm import Arm
+from ftcfa.model.mass_matrix_bounds import joint_box
+from ftcfa.model.pinocchio_model import model_of_urdf
 from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, find_arm
 from ftcfa.model.urdf.description import (
     RobotDescription,
@@ -118,7 +119,7 @@ def _arm(
     warnings = _lint_links(description, moving)
     field = _gravity_field(gravity)
     turn = _mounting(mounting)
-    model = pinocchio_model(description.pinocchio_xml(), field, turn)
+    model = model_of_urdf(description.pinocchio_xml(), field, turn)
     names = tuple(name for name in model.names[1:] if rules[name].leader == name)
     G, g0 = _coordinate_map(list(model.names[1:]), names, rules)
     lower, upper, velocity = _limits(description, names, warnings)
