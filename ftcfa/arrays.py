@@ -1,12 +1,9 @@
-"""The array type of the package, its one linear solve, and checks of the numbers it is given."""
+"""The array types of the package and its one linear solve."""
 
-from numbers import Integral, Real
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-
-from ftcfa.errors import ParameterError, ShapeError
 
 Array: TypeAlias = npt.NDArray[np.floating[Any]]
 """Floats of any shape; numbers only."""
@@ -46,33 +43,3 @@ def _solve_ldl(A: Traceable, b: Traceable) -> Traceable:
     for i in reversed(range(n)):
         x[i] = x[i] / D[i] - sum(L[k][i] * x[k] for k in range(i + 1, n))
     return np.stack(x)
-
-
-def positive(subject: str, value: float, unit: str = "") -> None:
-    """Raise ParameterError unless a value is a finite number above zero."""
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if not (number and np.isfinite(value) and value > 0):
-        raise ParameterError(subject, repr(value), f"a number > 0 {unit}".rstrip())
-
-
-def counting(subject: str, value: int) -> None:
-    """Raise ParameterError unless a value is an integer >= 1."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < 1:
-        raise ParameterError(subject, repr(value), "an integer >= 1")
-
-
-def vector(subject: str, values: npt.ArrayLike, n: int) -> Array:
-    """A finite float vector of length n; a scalar is repeated.
-
-    Raises:
-        ShapeError: If ``values`` is not numeric, not finite, or of another shape.
-    """
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ShapeError(subject, repr(values), f"a number or {n} numbers") from error
-    if array.shape not in ((), (n,)):
-        raise ShapeError(subject, f"shape {array.shape}", f"a number or shape ({n},)")
-    if not np.all(np.isfinite(array)):
-        raise ShapeError(subject, repr(values), "finite numbers")
-    return np.broadcast_to(array, (n,)).copy()

@@ -491,7 +491,7 @@ def _specification(found: Any, options: dict[str, Any]) -> Any:
 
 
 def _check_threads(threads: int | None) -> None:
-    from ftcfa.arrays import counting
+    from ftcfa.checks import counting
 
     if threads is not None:
         counting("--threads", threads)

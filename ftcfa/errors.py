@@ -1,5 +1,7 @@
 """The exception tree: every error says what, what was got, what was expected, and the remedy."""
 
+from collections.abc import Iterable
+
 
 class FtcfaError(Exception):
     """Base of all errors that a user's input can cause.
@@ -9,10 +11,14 @@ class FtcfaError(Exception):
         got: What was found there.
         expected: What should stand there.
         remedy: What the user can do about it.
+        field: Name of the constructor's argument that is at fault, if it is one of them.
     """
 
-    def __init__(self, subject: str, got: str, expected: str = "", remedy: str = "") -> None:
+    def __init__(
+        self, subject: str, got: str, expected: str = "", remedy: str = "", *, field: str = ""
+    ) -> None:
         super().__init__(subject, got, expected, remedy)
+        self.field = field
         self.subject = subject
         self.got = got
         self.expected = expected
@@ -46,8 +52,10 @@ class TracingError(FtcfaError):
 class UnknownNameError(FtcfaError):
     """A name that is not among the known ones."""
 
-    def __init__(self, kind: str, name: str, known: "list[str] | tuple[str, ...]") -> None:
-        super().__init__(f"{kind} '{name}'", "unknown name", f"one of: {', '.join(known)}")
+    def __init__(self, kind: str, name: str, known: Iterable[str], *, field: str = "") -> None:
+        known = tuple(known)
+        expected = f"one of: {', '.join(known)}"
+        super().__init__(f"{kind} '{name}'", "unknown name", expected, field=field)
         self.args = (kind, name, known)
         self.name = name
-        self.known = tuple(known)
+        self.known = known

@@ -45,15 +45,13 @@ import numpy as np
 import tomli_w
 import xarray as xr
 
-from ftcfa.arrays import counting, positive
+from ftcfa.checks import counting, natural, positive, probability
 from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import arms, describe, document, has_path, self_contained
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.statistics.estimate import probability
-from ftcfa.streams import natural
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.summary import QUANTILES
 from ftcfa.study.verification import Specification, Verification, verify
@@ -98,7 +96,7 @@ class Experiment:
         natural("Experiment seed", self.seed)
         counting("Experiment paths", self.paths)
         natural("Experiment record_every", self.record_every)
-        positive("Experiment tolerance", self.tolerance, "[rad or m]")
+        positive("Experiment tolerance", self.tolerance, "rad or m")
         if self.after is not None:
             _time("Experiment after", self.after)
         for p in self.quantiles:

@@ -6,13 +6,10 @@ fifty workers, interpreted or compiled. The cipher is Threefry-2x64 with 20 roun
 Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3, SC 2011).
 """
 
-from numbers import Integral
-
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError
 
 Words = npt.NDArray[np.uint64]
 
@@ -28,18 +25,6 @@ INITIAL_STATE = 1
 FIRST_ROW = 2
 ROBOT = 3
 """Streams: what the numbers are used for."""
-
-
-def natural(subject: str, value: int) -> int:
-    """A seed or the number of a path as a plain integer.
-
-    Raises:
-        ParameterError: Unless it is an integer that a key can hold.
-    """
-    number = isinstance(value, Integral) and not isinstance(value, bool)
-    if not (number and 0 <= value < 2**64):
-        raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
-    return int(value)
 
 
 def threefry2x64(counter: tuple[Words, Words], key: tuple[int, int | Words]) -> tuple[Words, Words]:

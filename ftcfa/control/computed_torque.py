@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
@@ -31,7 +32,7 @@ class ComputedTorque(MemorylessLaw):
     def __post_init__(self) -> None:
         check_nominal("ComputedTorque", self.nominal)
         for name in ("position_rate", "velocity_rate"):
-            positive(f"ComputedTorque {name}", getattr(self, name), "[1/s]")
+            positive(f"ComputedTorque {name}", getattr(self, name), "1/s")
 
     def step(
         self,

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive, solve_spd
+from ftcfa.arrays import Array, solve_spd
+from ftcfa.checks import positive
 from ftcfa.control.compensation import (
     Compensation,
     check_compensation,

@@ -5,7 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ftcfa.arrays import Array, counting, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, positive
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.control.compensation import check_nominal
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
@@ -32,7 +33,7 @@ class PDGravity(MemorylessLaw):
     def __post_init__(self) -> None:
         check_nominal("PDGravity", self.nominal)
         for name in ("position_rate", "velocity_rate"):
-            positive(f"PDGravity {name}", getattr(self, name), "[1/s]")
+            positive(f"PDGravity {name}", getattr(self, name), "1/s")
 
     def step(
         self,

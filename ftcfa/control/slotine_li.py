@@ -5,7 +5,8 @@ from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Signals
@@ -79,7 +80,7 @@ class SlotineLi:
             got = f"a {type(self.nominal).__name__}"
             raise ParameterError("SlotineLi nominal", got, "an Arm, such as load_arm gives")
         for name in ("position_rate", "velocity_rate", "adaptation_rate", "leakage"):
-            positive(f"SlotineLi {name}", getattr(self, name), "[1/s]")
+            positive(f"SlotineLi {name}", getattr(self, name), "1/s")
 
     @property
     def _arm(self) -> LinearInParameters:

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.ftcf import Gains

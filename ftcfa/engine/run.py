@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
+from ftcfa.checks import natural
 from ftcfa.engine.compiled import run_compiled
 from ftcfa.engine.interpreted import run_interpreted
 from ftcfa.engine.paths import Paths
@@ -17,7 +18,7 @@ from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.parameters import checked_values
 from ftcfa.model.arm import Arm
-from ftcfa.streams import Words, natural
+from ftcfa.streams import Words
 
 Engine = Literal["compiled", "interpreted"]
 

@@ -7,12 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ftcfa.arrays import counting
+from ftcfa.checks import counting, natural
 from ftcfa.engine.dataset import trajectories
 from ftcfa.engine.run import Engine, check_memory, path_numbers, run_paths, samples_of
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.streams import natural
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; the others are on request. The reference is known."""

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, counting, positive, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Signals
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.loop.plant import INTEGRATORS
@@ -113,7 +114,7 @@ class ClosedLoop:
     def __post_init__(self) -> None:
         self._check_parts()
         n = self.arm.n
-        positive("period", self.period, "[s]")
+        positive("period", self.period, "s")
         counting("substeps", self.substeps)
         if self.integrator not in INTEGRATORS:
             raise UnknownNameError("integrator", self.integrator, list(INTEGRATORS))

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtr
 
-from ftcfa.arrays import Array, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import natural, vector
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.model.arm import Arm
 from ftcfa.model.inertia import (
@@ -17,7 +18,7 @@ from ftcfa.model.inertia import (
     pseudo_inertia,
 )
 from ftcfa.model.tree import BodyFrame, KinematicTree
-from ftcfa.streams import ROBOT, Words, natural, normals_of_paths
+from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
 DISTRIBUTIONS = ("log-normal", "bounded")

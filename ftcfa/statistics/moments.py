@@ -7,8 +7,9 @@ import numpy.typing as npt
 from scipy import stats
 
 from ftcfa.arrays import Array
+from ftcfa.checks import probability
 from ftcfa.errors import ShapeError
-from ftcfa.statistics.estimate import CONFIDENCE, Estimate, probability
+from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 Counts = npt.NDArray[np.integer]
 

@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 from scipy import stats
 
-from ftcfa.arrays import counting
+from ftcfa.checks import counting, probability
 from ftcfa.errors import ParameterError
-from ftcfa.statistics.estimate import CONFIDENCE, Estimate, probability
+from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 
 def proportion(successes: int, trials: int, confidence: float = CONFIDENCE) -> Estimate:

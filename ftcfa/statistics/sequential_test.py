@@ -21,9 +21,9 @@ import numpy.typing as npt
 from scipy import special
 from scipy.optimize import brentq
 
-from ftcfa.arrays import Array, counting
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, probability
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.statistics.estimate import probability
 
 LARGEST_BETA = 1 / 3
 """Up to 1/e the shares that the evidence refutes are an interval, so that the bounds are exact."""

@@ -3,7 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError
 
 
@@ -32,7 +33,7 @@ def practical_settling_time(
         ParameterError: If epsilon is not positive, or the times do not rise.
         ShapeError: If there are no times, or another number of bounds.
     """
-    positive("epsilon", epsilon, "[rad^2]")
+    positive("epsilon", epsilon, "rad^2")
     t, bound = np.asarray(time, dtype=float), np.asarray(mean_square_bound, dtype=float)
     if t.ndim != 1 or t.size == 0:
         raise ShapeError("time", f"shape {t.shape}", "shape (k,), one or more")

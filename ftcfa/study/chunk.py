@@ -9,14 +9,14 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import xarray as xr
 
-from ftcfa.arrays import Array, counting, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, natural, positive
 from ftcfa.control.protocol import Signals
 from ftcfa.engine.run import Run, run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.statistics.moments import Moments
 from ftcfa.statistics.quantile_sketch import BINS, QuantileSketch
-from ftcfa.streams import natural
 from ftcfa.study.path_metrics import PathMetrics
 
 KEPT_TIMES = 200
@@ -57,7 +57,7 @@ class Plan:
     def __post_init__(self) -> None:
         natural("seed", self.seed)
         natural("record_every", self.record_every)
-        positive("tolerance", self.tolerance, "[rad or m]")
+        positive("tolerance", self.tolerance, "rad or m")
         counting("chunk", self.chunk)
         if self.after is not None and not 0 <= self.after < self.duration:
             limits = f"a number from 0 to below the {self.duration:g} s of a run"

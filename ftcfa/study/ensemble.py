@@ -11,13 +11,13 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from ftcfa.arrays import counting
+from ftcfa.checks import counting, probability
 from ftcfa.description.write import describe, provenance
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.statistics.estimate import CONFIDENCE, probability
+from ftcfa.statistics.estimate import CONFIDENCE
 from ftcfa.statistics.quantile_sketch import BINS
 from ftcfa.study.chunk import (
     Plan,

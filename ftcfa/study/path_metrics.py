@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.control.protocol import Signals
 
 ROUNDING = 1e-12
@@ -61,7 +62,7 @@ class PathMetrics:
     after: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance, "[rad or m]")
+        positive("tolerance", self.tolerance, "rad or m")
 
     def init(self, n: int) -> Counts:
         """Nothing seen."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import signal
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitations.shaped_noise import ShapedNoise
 from ftcfa.vibration.excitations.sinusoids import RandomPhase
@@ -70,8 +71,8 @@ def estimate_spectrum(values: Array, step: float, resolution: float) -> Spectrum
         ShapeError: If ``values`` has other than two dimensions.
         ParameterError: If the values are fewer than a segment, or a segment fewer than 8 steps.
     """
-    positive("step", step, "[s]")
-    positive("resolution", resolution, "[Hz]")
+    positive("step", step, "s")
+    positive("resolution", resolution, "Hz")
     values = np.asarray(values, dtype=float)
     if values.ndim != 2:
         raise ShapeError("realised values", f"shape {values.shape}", "(steps, channels)")

@@ -11,14 +11,14 @@ from typing import Any, Literal, cast
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, counting, positive, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, natural, positive, probability, vector
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.statistics.estimate import Estimate, probability
+from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
-from ftcfa.streams import natural
 from ftcfa.study.path_metrics import PathMetrics
 
 CHUNK = 256
@@ -57,8 +57,8 @@ class Specification:
     budget: int = 10_000
 
     def __post_init__(self) -> None:
-        positive("Specification error", self.error, "[rad or m]")
-        positive("Specification within", self.within, "[s]")
+        positive("Specification error", self.error, "rad or m")
+        positive("Specification within", self.within, "s")
         probability("Specification share", self.share)
         probability("Specification confidence", self.confidence)
         if 1 - self.confidence > LARGEST_BETA:

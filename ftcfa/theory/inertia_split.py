@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftcfa.arrays import Array, counting
+from ftcfa.arrays import Array
+from ftcfa.checks import counting
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box, least, mass_matrix_bounds, quadratic_gradient
 from ftcfa.model.uncertainty import Uncertainty

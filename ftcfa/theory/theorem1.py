@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import probability
 from ftcfa.control.filters import ExplicitFilter, ImplicitFilter
 from ftcfa.control.ftcf import FTCF, Gains
 from ftcfa.control.protocol import Desired
@@ -22,7 +23,6 @@ from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box, mass_matrix_bounds
-from ftcfa.statistics.estimate import probability
 from ftcfa.theory.generator import check_white, paper_law
 
 ROUNDING = 1e-12

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from ftcfa.arrays import Array, counting, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, natural, positive
 from ftcfa.errors import ParameterError
-from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, natural, standard_normals
+from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_normals
 from ftcfa.vibration.excitation import Excitation, Process
 
 CHUNK = 4096
@@ -47,8 +48,8 @@ def realise(
         expected = "an excitation, such as ShapedNoise(...)"
         raise ParameterError("realise excitation", repr(excitation), expected)
     counting("channels", channels)
-    positive("duration", duration, "[s]")
-    positive("step", step, "[s]")
+    positive("duration", duration, "s")
+    positive("step", step, "s")
     seed, path = natural("seed", seed), natural("path", path)
     process = excitation.process(channels, step)
     state = process.init(initial_normals(process, seed, path))

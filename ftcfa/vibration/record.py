@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 from scipy import signal
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError
 
 
@@ -27,7 +28,7 @@ class Record:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        positive("Record step", self.step, "[s]")
+        positive("Record step", self.step, "s")
         values = np.array(self.values, dtype=float)
         if values.ndim != 2 or len(values) < 2 or values.shape[1] == 0:
             raise ParameterError(

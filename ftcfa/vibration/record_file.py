@@ -15,7 +15,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.vibration.record import Record
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY

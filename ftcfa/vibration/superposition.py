@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ftcfa.arrays import Array, counting
+from ftcfa.arrays import Array
+from ftcfa.checks import counting
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 

@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, counting
+from ftcfa.arrays import Array
+from ftcfa.checks import counting
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.spectra.spectrum import Spectrum
 

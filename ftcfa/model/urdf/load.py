@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import vector
 from ftcfa.errors import ParameterError, UnknownNameError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box

@@ -7,7 +7,8 @@ import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.record import Record
@@ -49,7 +50,7 @@ class RecordedAcceleration(Excitation):
                 "read_record(file) reads one; Record(step, values) holds values of your own",
             )
         if self.high_pass is not None:
-            positive("RecordedAcceleration high_pass", self.high_pass, "[Hz]")
+            positive("RecordedAcceleration high_pass", self.high_pass, "Hz")
             low, high = 1.0 / self._period, 0.5 / self.record.step
             if not low <= self.high_pass < high:
                 raise ParameterError(

@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, counting, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, vector
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step

@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, positive, vector
+from ftcfa.arrays import Array
+from ftcfa.checks import positive, vector
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.excitations.sinusoids import check_frequency, check_numbers, not_negative
@@ -45,9 +46,9 @@ class SineSweep(Excitation):
 
     def __post_init__(self) -> None:
         check_numbers("SineSweep amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")
-        positive("SineSweep start", self.start, "[Hz]")
-        positive("SineSweep stop", self.stop, "[Hz]")
-        positive("SineSweep duration", self.duration, "[s]")
+        positive("SineSweep start", self.start, "Hz")
+        positive("SineSweep stop", self.stop, "Hz")
+        positive("SineSweep duration", self.duration, "s")
         if self.kind not in KINDS:
             raise UnknownNameError("SineSweep kind", str(self.kind), KINDS)
         if self.start == self.stop:

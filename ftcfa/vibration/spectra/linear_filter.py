@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import block_diag, expm, matrix_balance, solve_continuous_lyapunov
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError
 
 FIRST_STEP = 0.25
@@ -193,7 +194,7 @@ class LinearFilter:
         Returns:
             With r <= n + p normals a step, the rank of Q; output k needs the first k of them only.
         """
-        positive("step", step, "[s]")
+        positive("step", step, "s")
         n, p = self.order, self.outputs
         A, B, C, x = self._balanced
         rate = float(np.linalg.norm(A))

@@ -25,7 +25,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ftcfa.arrays import Array, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
 
@@ -123,7 +124,7 @@ def road_velocity_intensity(road_class: str, speed: float) -> float:
     Returns:
         varpi [m^2/s].
     """
-    positive("road speed", speed, "[m/s]")
+    positive("road speed", speed, "m/s")
     return 2.0 * np.pi**2 * road_roughness(road_class) * REFERENCE_FREQUENCY**2 * speed
 
 

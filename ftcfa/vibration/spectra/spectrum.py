@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import exprel
 
-from ftcfa.arrays import Array, counting, positive
+from ftcfa.arrays import Array
+from ftcfa.checks import counting, positive
 from ftcfa.errors import ParameterError
 
 STANDARD_GRAVITY = 9.80665
@@ -77,7 +78,7 @@ class Spectrum:
         Raises:
             ParameterError: As the class, or if the overall level is not plausible.
         """
-        positive("Spectrum plausible_g_rms", plausible_g_rms, "[g]")
+        positive("Spectrum plausible_g_rms", plausible_g_rms, "g")
         f = _numbers("Spectrum frequencies", frequencies)
         S = _numbers("Spectrum densities", g2_per_hz)
         _check_points(f, S)  # in the unit that the user sees
@@ -167,7 +168,7 @@ def band_step_limit(spectrum: Spectrum) -> float:
 
 def substeps_needed(spectrum: Spectrum, period: float) -> int:
     """Integration steps that a controller period [s] must be cut into for the band."""
-    positive("period", period, "[s]")
+    positive("period", period, "s")
     return math.ceil(period / band_step_limit(spectrum) * (1.0 - 1e-12))  # 0.25 ms of 1 ms is 4
 
 
