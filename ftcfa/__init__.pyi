@@ -3,9 +3,9 @@ from .control.computed_torque import ComputedTorque
 from .control.filters import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
 from .control.finite_time_backstepping import FiniteTimeBackstepping
 from .control.ftcf import FTCF, Gains
+from .control.laws import ABLATIONS, CONTROLLERS, ablated
 from .control.network import RBFNetwork
 from .control.pd_gravity import PDGravity
-from .control.rivals import ABLATIONS, CONTROLLERS, ablated
 from .control.slotine_li import SlotineLi
 from .control.stochastic_backstepping import StochasticBackstepping
 from .control.super_twisting import SuperTwisting

@@ -4,7 +4,7 @@
 
 All laws under the same noise, on the double pendulum of the paper (10,000 paths) and on Panda on
 the floor of a truck, every path with a robot of its own whose inertias are known to some 20 %
-(1,000 paths). Their defaults follow one rule, that of `ftcfa.control.rivals`; period, torque
+(1,000 paths). Their defaults follow one rule, that of `ftcfa.control.laws`; period, torque
 limits and the nominal robot are the same for all.
 """
 

@@ -32,7 +32,7 @@ FILTERS: dict[str, tuple[CommandFilter, str, str | tuple[int, tuple[int, int]]]]
     "explicit, Levant's rule": (ExplicitFilter(**LEVANT), ORANGE, DASHED),
     "implicit, the paper's gains": (ImplicitFilter(), BLUE, "-"),
     "implicit, Levant's rule": (ImplicitFilter(**LEVANT), BLUE, DASHED),
-    "linear, 265 rad/s": (SecondOrderFilter(), GREY, "-"),
+    "second-order, 265 rad/s": (SecondOrderFilter(), GREY, "-"),
     "proper, default L": (ProperFilter(), GREEN, "-"),
     "proper, L of alpha": (ProperFilter(THIRD), GREEN, DASHED),
 }

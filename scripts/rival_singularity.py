@@ -40,9 +40,9 @@ STEP = 0.125e-3
 TICKS = (32, 16, 8, 4, 2, 1)
 """Steps a period: 4 to 0.125 ms."""
 LAWS = {
-    "finite-time-backstepping": ("exact, no filter", ORANGE),
-    "finite-time-backstepping-regularised": ("regularised within 0.01 rad", GREEN),
-    "ftcf": ("command-filtered (the paper)", BLUE),
+    "FiniteTimeBackstepping": ("exact, no filter", ORANGE),
+    "FiniteTimeBackstepping-regularised": ("regularised within 0.01 rad", GREEN),
+    "FTCF": ("command-filtered (the paper)", BLUE),
 }
 DURATION, CHUNK, DPI = 5.0, 8, 150
 

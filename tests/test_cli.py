@@ -562,14 +562,14 @@ def test_verify_of_bad_input_is_one_sentence(capsys, experiment, words, told) ->
 
 
 def test_compare_of_chosen_laws(capsys, tmp_path) -> None:
-    laws = ("--controller", "ftcf", "--controller", "pd-gravity")
+    laws = ("--controller", "FTCF", "--controller", "PDGravity")
     assert call("compare", *laws, "--paths", "8", "--duration", "0.1", "--out", str(tmp_path)) == 0
     shown = capsys.readouterr()
-    assert "pd-gravity against as given: " in shown.out
+    assert "PDGravity against as given: " in shown.out
     assert shown.err == ""
     assert imread(tmp_path / "comparison.png").std() > 0.01
     record = json.loads((tmp_path / "summary.json").read_text())
-    assert [row["loop"] for row in record["loops"]] == ["as given", "ftcf", "pd-gravity"]
+    assert [row["loop"] for row in record["loops"]] == ["as given", "FTCF", "PDGravity"]
 
 
 def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
@@ -584,10 +584,10 @@ def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--controller", "pid"), "controller 'pid': unknown name, expected one of: ftcf, "),
+        (("--controller", "ftcf"), "controller 'ftcf': unknown name, expected one of: FTCF, "),
         (
-            ("--against", "ablations", "--controller", "ftcf"),
-            "--controller: ftcf, expected it with",
+            ("--against", "ablations", "--controller", "FTCF"),
+            "--controller: FTCF, expected it with",
         ),
         (("--out", "/dev/null/x"), "cannot be written"),
     ],

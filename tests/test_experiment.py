@@ -112,7 +112,9 @@ LOOPS = {
         )
     ),
     "other filter": lambda: loop(controller=FTCF(ARM, filter=ImplicitFilter(700.0))),
-    "linear filter": lambda: loop(controller=FTCF(ARM, filter=SecondOrderFilter(100.0, THIRD))),
+    "second-order filter": lambda: loop(
+        controller=FTCF(ARM, filter=SecondOrderFilter(100.0, THIRD))
+    ),
     "proper filter": lambda: loop(controller=FTCF(ARM, filter=ProperFilter(1e5 * THIRD))),
     "ablation": lambda: loop(
         controller=FTCF(ARM, error_compensation=False, anti_saturation=False, adaptation=False)

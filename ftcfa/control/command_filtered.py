@@ -58,7 +58,7 @@ class CommandFilteredBackstepping:
 
     nominal: Dynamics
     gains: Gains = field(default_factory=Gains)
-    filter: CommandFilter | str = "linear"
+    filter: CommandFilter | str = "second-order"
     compensation: Compensation = "bias"
     network: RBFNetwork = field(default_factory=RBFNetwork)
 

@@ -4,8 +4,8 @@
 
 This is Levant's first-order differentiator (Levant 2003, Int. J. Control 76). Its two
 discretisations differ greatly: the explicit one limit-cycles with amplitude (r1 h / 2)^2, the
-implicit one does not, and its derivative is half a period late. A linear filter and Levant's
-second-order differentiator, discretised without that bias, stand beside them.
+implicit one does not, and its derivative is half a period late. A linear second-order filter and
+Levant's second-order differentiator, discretised without that bias, stand beside them.
 """
 
 from abc import ABC, abstractmethod
@@ -154,7 +154,7 @@ class ImplicitFilter(_LevantFilter):
 
 @dataclass(frozen=True)
 class SecondOrderFilter:
-    """The linear filter of command-filtered backstepping (Farrell et al. 2009, [8] of the paper).
+    """Linear filter of second order (Farrell et al. 2009, [8] of the paper).
 
         psi1' = psi2,   psi2' = -2 zeta omega psi2 - omega^2 (psi1 - alpha)
 
@@ -257,7 +257,7 @@ def _root_of_cubic(k1: float, k2: float, c: Array) -> Array:
 FILTERS: dict[str, type[CommandFilter]] = {
     "implicit": ImplicitFilter,
     "explicit": ExplicitFilter,
-    "linear": SecondOrderFilter,
+    "second-order": SecondOrderFilter,
     "proper": ProperFilter,
 }
 """Command filters by name."""

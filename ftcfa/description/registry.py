@@ -14,22 +14,10 @@ from typing import Any, Literal, NamedTuple, Union, get_args, get_origin, get_ty
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.control.command_filtered import CommandFilteredBackstepping
-from ftcfa.control.computed_torque import ComputedTorque
-from ftcfa.control.filters import (
-    CommandFilter,
-    ExplicitFilter,
-    ImplicitFilter,
-    ProperFilter,
-    SecondOrderFilter,
-)
-from ftcfa.control.finite_time_backstepping import FiniteTimeBackstepping
+from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.ftcf import FTCF
-from ftcfa.control.pd_gravity import PDGravity
+from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
-from ftcfa.control.slotine_li import SlotineLi
-from ftcfa.control.stochastic_backstepping import StochasticBackstepping
-from ftcfa.control.super_twisting import SuperTwisting
 from ftcfa.errors import UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Constant, MinimumJerk, Reference, Sinusoid, Table
@@ -71,17 +59,8 @@ def table_of_file(file: str | Path, name: str) -> Standard:
 
 PARTS: Mapping[Any, tuple[type, ...]] = {
     Dynamics: (Arm, PaperPendulum),
-    Controller: (
-        FTCF,
-        CommandFilteredBackstepping,
-        StochasticBackstepping,
-        FiniteTimeBackstepping,
-        ComputedTorque,
-        PDGravity,
-        SlotineLi,
-        SuperTwisting,
-    ),
-    CommandFilter: (ImplicitFilter, ExplicitFilter, SecondOrderFilter, ProperFilter),
+    Controller: LAWS,
+    CommandFilter: tuple(FILTERS.values()),
     Reference: (Constant, MinimumJerk, Sinusoid, Table),
     NoiseInput: (BaseAcceleration, BaseMotion, FrameWrench, JointTorque, PaperPendulumInput),
     Excitation: (

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import cast
 
 from ftcfa.control.ftcf import FTCF
-from ftcfa.control.rivals import ABLATIONS, CONTROLLERS, ablated
+from ftcfa.control.laws import ABLATIONS, CONTROLLERS, ablated
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
@@ -19,7 +19,7 @@ PERIODS = (2, 4)
 LEVELS = (2, 4)
 """Stronger vibration, as factors of its amplitude."""
 INERTIA_ERROR = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
-OF_URDF = ("slotine-li",)
+OF_URDF = ("SlotineLi",)
 """Laws that need the regressor of an Arm."""
 PAYLOAD = 0.1
 """Of the moving mass, at the tip."""
@@ -28,12 +28,12 @@ PAYLOAD = 0.1
 def rivals(loop: ClosedLoop, names: str | Iterable[str] | None = None) -> dict[str, ClosedLoop]:
     """The loop as given, then under other laws on the same nominal arm.
 
-    The others have the defaults of one rule, that of `ftcfa.control.rivals`: they pull like FTCF
-    with the paper's gains.
+    The others have the defaults that the rule of `ftcfa.control.laws` gives them.
 
     Args:
         loop: The loop; its law's nominal arm is that of all.
-        names: Of `ftcfa.control.rivals.CONTROLLERS`; by default all that the arm allows.
+        names: Names in `ftcfa.control.laws.CONTROLLERS`, such as ``"PDGravity"``; by default all
+            that the arm allows.
 
     Raises:
         UnknownNameError: If there is no law of a name; it lists those there are.

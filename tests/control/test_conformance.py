@@ -54,7 +54,7 @@ GANTRY = """<robot name="gantry"><link name="rail"/>
 ARMS = ("double_pendulum", "panda", "ur5", "xarm7", "so101", "gantry")
 LAWS = {
     **CONTROLLERS,
-    **{f"ftcf, {name} filter": lambda arm, name=name: FTCF(arm, filter=name) for name in FILTERS},
+    **{f"FTCF, {name} filter": lambda arm, name=name: FTCF(arm, filter=name) for name in FILTERS},
 }
 
 

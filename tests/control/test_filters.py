@@ -86,7 +86,7 @@ def test_init_rests_on_the_first_input(name):
         np.testing.assert_array_equal(part, 0.0)
 
 
-@pytest.mark.parametrize("name", ["implicit", "linear", "proper"])
+@pytest.mark.parametrize("name", ["implicit", "second-order", "proper"])
 def test_at_rest_on_a_constant_a_filter_stays(name):
     alpha = np.array([0.3, -2.0])
     state = FILTERS[name]().init(alpha)
@@ -219,7 +219,7 @@ def test_the_error_of_the_proper_derivative_falls_with_the_square_of_the_period(
 
 
 @pytest.mark.parametrize("zeta", [0.7, 1.0, 2.0])
-def test_linear_filter_approaches_its_step_response(zeta):
+def test_second_order_filter_approaches_its_step_response(zeta):
     """Against scipy's response of omega^2/(s^2 + 2 zeta omega s + omega^2), the error halves."""
     omega, errors = 50.0, []
     for h in (1e-4, 5e-5):
@@ -231,7 +231,7 @@ def test_linear_filter_approaches_its_step_response(zeta):
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
 
 
-def test_linear_filter_lags_by_two_zeta_over_omega():
+def test_second_order_filter_lags_by_two_zeta_over_omega():
     t = np.arange(0.0, 1.0, PERIOD)
     outputs, state = run(SecondOrderFilter(200.0, 0.8), t, PERIOD)
     assert t[-1] - outputs[-1] == pytest.approx(2.0 * 0.8 / 200.0, rel=1e-9)
@@ -258,9 +258,9 @@ def test_a_filter_object_is_taken_as_it_is():
 
 def test_an_unknown_filter_lists_the_known_ones():
     with pytest.raises(
-        UnknownNameError, match=r"filter 'kalman'.*one of: implicit, explicit, linear, proper"
+        UnknownNameError, match=r"filter 'linear'.*one of: implicit, explicit, second-order, proper"
     ):
-        command_filter("kalman")
+        command_filter("linear")
 
 
 @pytest.mark.parametrize(

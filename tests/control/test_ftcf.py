@@ -324,7 +324,7 @@ def test_unknown_choices_list_the_known_ones():
     with pytest.raises(UnknownNameError, match=r"compensation 'all'.*one of: none, gravity, bias"):
         FTCF(PaperPendulum(), compensation="all")
     with pytest.raises(
-        UnknownNameError, match=r"filter 'slow'.*one of: implicit, explicit, linear, proper"
+        UnknownNameError, match=r"filter 'slow'.*one of: implicit, explicit, second-order, proper"
     ):
         FTCF(PaperPendulum(), filter="slow")
 

@@ -83,7 +83,7 @@ def test_with_a_fast_filter_and_no_network_the_filtered_law_has_them_too(arm):
 
 
 def test_command_filtered_signals_obey_their_equations():
-    """Number by number over jumping measurements, the linear filter's step written out."""
+    """Number by number over jumping measurements, the second-order filter's step written out."""
     arm, omega, zeta = PaperPendulum(), 50.0, 0.9
     law = CommandFilteredBackstepping(
         arm, filter=SecondOrderFilter(omega, zeta), compensation="none"
@@ -300,7 +300,7 @@ SWITCHES = {
     "without error compensation": {"s1", "s2"},
     "without the anti-saturation state": {"rho", "s2"},
     "without the network": {"theta", "s2"},
-    "with the linear filter": {"s2"},
+    "with the second-order filter": {"s2"},
     "kappa = 1": {"s2"},
 }
 """States that stay zero; s2 always does."""
@@ -332,7 +332,7 @@ def test_all_switched_off_the_law_is_one_line():
 def test_ablations_change_what_they_say():
     law = FTCF(PaperPendulum(), Gains(c1=3.0))
     assert ablated(law, "kappa = 1").gains == Gains(c1=3.0, kappa=1.0)
-    assert ablated(law, "with the linear filter").filter == SecondOrderFilter()
+    assert ablated(law, "with the second-order filter").filter == SecondOrderFilter()
     with pytest.raises(UnknownNameError, match=r"ablation 'without luck'.*one of: without error"):
         ablated(law, "without luck")
 
