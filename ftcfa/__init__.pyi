@@ -39,11 +39,14 @@ from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
 from .theory.inertia_split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .theory.theorem1 import Bounds, bounds
-from .vibration.excitation import WhiteNoise
+from .vibration.excitation import Superposition
+from .vibration.excitations.harmonic import Harmonic
+from .vibration.excitations.random_phase import RandomPhase
 from .vibration.excitations.recorded import RecordedAcceleration
 from .vibration.excitations.shaped_noise import ShapedNoise
-from .vibration.excitations.sinusoids import Harmonic, RandomPhase
+from .vibration.excitations.stacked import Stacked
 from .vibration.excitations.sweep import SineSweep
+from .vibration.excitations.white_noise import WhiteNoise
 from .vibration.inputs.base_motion import BaseMotion
 from .vibration.inputs.noise_input import (
     BaseAcceleration,
@@ -53,14 +56,12 @@ from .vibration.inputs.noise_input import (
     PaperPendulumInput,
 )
 from .vibration.realisation import realise
-from .vibration.record import Record
-from .vibration.record_file import read_record
+from .vibration.record import Record, read_record
 from .vibration.spectra.filter_fit import FilterFit, fit_filter
 from .vibration.spectra.linear_filter import LinearFilter
 from .vibration.spectra.road import PASSENGER_CAR, TRUCK, QuarterCar, Road
 from .vibration.spectra.spectrum import Spectrum
 from .vibration.spectra.standards import Standard, read_table, standard, standards
-from .vibration.superposition import Stacked, Superposition
 from .vibration.vibration import Vibration
 
 __version__: str

@@ -96,7 +96,7 @@ def test_libraries_stay_at_home():
 @pytest.mark.parametrize(
     ("module", "line", "found"),
     [
-        ("control/law.py", "from ftcfa.vibration.excitation import WhiteNoise", True),
+        ("control/law.py", "from ftcfa.vibration.excitation import Excitation", True),
         ("control/law.py", "import ftcfa.loop.closed_loop", True),
         ("control/law.py", "def f():\n    from ftcfa import loop", True),
         ("control/law.py", "from ..loop import closed_loop", True),

@@ -25,11 +25,14 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.pendulum import PaperPendulum
 from ftcfa.model.urdf.load import arm_from_text, load_arm
-from ftcfa.vibration.excitation import Excitation, WhiteNoise
+from ftcfa.vibration.excitation import Excitation, Superposition
+from ftcfa.vibration.excitations.harmonic import Harmonic
+from ftcfa.vibration.excitations.random_phase import RandomPhase
 from ftcfa.vibration.excitations.recorded import RecordedAcceleration
 from ftcfa.vibration.excitations.shaped_noise import ShapedNoise
-from ftcfa.vibration.excitations.sinusoids import Harmonic, RandomPhase
+from ftcfa.vibration.excitations.stacked import Stacked
 from ftcfa.vibration.excitations.sweep import SineSweep
+from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.base_motion import BaseMotion
 from ftcfa.vibration.inputs.noise_input import (
     BaseAcceleration,
@@ -38,11 +41,9 @@ from ftcfa.vibration.inputs.noise_input import (
     NoiseInput,
     PaperPendulumInput,
 )
-from ftcfa.vibration.record import Record
-from ftcfa.vibration.record_file import read_record
+from ftcfa.vibration.record import Record, read_record
 from ftcfa.vibration.spectra.spectrum import Spectrum
 from ftcfa.vibration.spectra.standards import Standard, read_table
-from ftcfa.vibration.superposition import Stacked, Superposition
 
 
 def table_of_file(file: str | Path, name: str) -> Standard:

@@ -16,7 +16,8 @@ from ftcfa.loop.references import Reference
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
-from ftcfa.vibration.excitation import Process, WhiteProcess
+from ftcfa.vibration.excitation import Process
+from ftcfa.vibration.excitations.white_noise import WhiteProcess
 from ftcfa.vibration.vibration import Vibration
 
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)

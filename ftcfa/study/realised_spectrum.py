@@ -9,8 +9,8 @@ from scipy import signal
 from ftcfa.arrays import Array
 from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.vibration.excitations.random_phase import RandomPhase
 from ftcfa.vibration.excitations.shaped_noise import ShapedNoise
-from ftcfa.vibration.excitations.sinusoids import RandomPhase
 from ftcfa.vibration.realisation import realise
 from ftcfa.vibration.spectra.filter_fit import FilterFit
 from ftcfa.vibration.spectra.spectrum import Spectrum

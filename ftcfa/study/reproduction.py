@@ -14,7 +14,7 @@ from ftcfa.loop.references import Sinusoid
 from ftcfa.model.pendulum import PaperPendulum
 from ftcfa.model.urdf.load import load_arm
 from ftcfa.statistics.settling import below_for_good
-from ftcfa.vibration.excitation import Convention, WhiteNoise
+from ftcfa.vibration.excitations.white_noise import Convention, WhiteNoise
 from ftcfa.vibration.inputs.noise_input import BaseAcceleration, PaperPendulumInput
 from ftcfa.vibration.vibration import Vibration
 

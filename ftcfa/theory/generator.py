@@ -28,7 +28,7 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.parameters import replace_parts
 from ftcfa.model.arm import Arm
 from ftcfa.model.traced import column, symbols, traced
-from ftcfa.vibration.excitation import WhiteNoise
+from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.base_motion import BaseMotion
 from ftcfa.vibration.inputs.noise_input import NoiseInput
 

@@ -17,7 +17,7 @@ from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import GRAVITY, INTENSITY
 from ftcfa.theory.generator import WATCHED, Along, generator, watched
 from ftcfa.theory.theorem1 import Bounds
-from ftcfa.vibration.excitation import WhiteNoise
+from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.noise_input import BaseAcceleration
 from ftcfa.vibration.vibration import Vibration
 

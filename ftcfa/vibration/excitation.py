@@ -1,19 +1,18 @@
 """Excitations xi: what shakes the robot, as the increment of its integral over a step."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any, Literal
+from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.errors import ParameterError
 
 EACH = "one for each channel of the noise input, or choose fewer of its axes"
 """Remedy where there are not as many channels as the input has."""
-Convention = Literal["psd", "amplitude"]
 
 
 class Process(ABC):
@@ -88,94 +87,122 @@ class Excitation(ABC):
         Raises:
             ParameterError: If the other is no excitation.
         """
-        from ftcfa.vibration.superposition import Superposition  # it is an excitation itself
-
         return Superposition((self, other))
 
 
 @dataclass(frozen=True, eq=False)
-class WhiteNoise(Excitation):
-    """White noise of intensity varpi: E[xi(t) xi(s)^T] = varpi delta(t - s).
-
-        xi dt = Sigma dW,   Sigma Sigma^T = varpi
-
-    Its two-sided spectral density is varpi/(2 pi) per rad/s, as the paper says; the one-sided
-    density per Hz is 2 varpi.
+class Superposition(Excitation):
+    """The sum of independent excitations, such as sine on random: what ``a + b`` makes.
 
     Attributes:
-        intensity: varpi, a number (times the identity), m numbers (a diagonal) or (m, m)
-            positive semidefinite [unit of xi squared times s].
-        convention: ``"psd"`` as above; ``"amplitude"`` takes Sigma = varpi, which is what the
-            paper prints in (4).
+        parts: One excitation or more; sums among them are taken apart. The same one twice is two
+            independent ones.
+
+    Raises:
+        ParameterError: If a part is no excitation.
     """
 
-    intensity: npt.ArrayLike = 0.1
-    convention: Convention = "psd"
+    parts: Sequence[Excitation]
 
     def __post_init__(self) -> None:
-        if self.convention not in ("psd", "amplitude"):
-            raise ParameterError(
-                "WhiteNoise convention", repr(self.convention), '"psd" or "amplitude"'
-            )
-        varpi = self._varpi
-        square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
-        if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
-            raise ShapeError("WhiteNoise intensity", f"shape {varpi.shape}", "(), (m,) or (m, m)")
-        matrix = varpi if square else np.diag(np.atleast_1d(varpi))
-        rounding = 1e-12 * np.abs(matrix).max()
-        finite = np.all(np.isfinite(matrix))
-        symmetric = finite and np.all(np.abs(matrix - matrix.T) <= rounding)
-        if not symmetric or np.linalg.eigvalsh(matrix)[0] < -rounding:
-            raise ParameterError(
-                "WhiteNoise intensity", f"{varpi.tolist()}", "a positive semidefinite varpi"
-            )
+        parts = checked_parts("Superposition", self.parts)
+        flat = [p.parts if isinstance(p, Superposition) else (p,) for p in parts]
+        object.__setattr__(self, "parts", tuple(part for some in flat for part in some))
 
-    @cached_property
-    def _varpi(self) -> Array:
-        try:
-            return np.asarray(self.intensity, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise ParameterError("WhiteNoise intensity", repr(self.intensity), "numbers") from error
-
-    def amplitude(self, channels: int) -> Array:
-        """Sigma: the symmetric root of varpi, or varpi itself, shape (m, m)."""
-        varpi = self._varpi
-        if varpi.ndim > 0 and varpi.shape[0] != channels:
-            raise ShapeError(
-                "WhiteNoise intensity", f"{varpi.shape[0]} channels", f"{channels} channels", EACH
-            )
-        matrix = varpi if varpi.ndim == 2 else np.diag(np.broadcast_to(varpi, (channels,)))
-        if self.convention == "amplitude":
-            return matrix
-        values, vectors = np.linalg.eigh(matrix)
-        return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
-
-    def process(self, channels: int, step: float) -> "WhiteProcess":
-        """See `Excitation.process`."""
-        return WhiteProcess(self.amplitude(channels), step)
+    def process(self, channels: int, step: float) -> "SummedProcess":
+        """See `Excitation.process`; at most one part may read a table."""
+        return SummedProcess([part.process(channels, step) for part in self.parts])
 
 
-@dataclass(frozen=True, eq=False)
-class WhiteProcess(Process):
-    """White noise over steps: Y = Sigma sqrt(h) n.
+class JointProcess(Process):
+    """Independent processes side by side: states in a tuple, deviates one after the other.
 
-    Attributes:
-        sigma: Shape (m, m).
-        step: h [s].
+    Args:
+        parts: The processes.
+
+    Raises:
+        ParameterError: If more than one of them reads rows.
     """
 
-    sigma: Array
-    step: float
+    def __init__(self, parts: Sequence[Process]) -> None:
+        self.parts = tuple(parts)
+        self.initial_normals = sum(part.initial_normals for part in parts)
+        tables = [part for part in parts if part.rows.shape[1]]
+        if len(tables) > 1:
+            raise ParameterError(
+                "excitation",
+                f"{len(tables)} records among its parts",
+                "at most one",
+                "add their values up, or make them axes of one, in a Record",
+            )
+        for table in tables:
+            self.rows, self.random_start = table.rows, table.random_start
 
     @property
     def normals(self) -> int:
-        """As many as there are channels."""
-        return len(self.sigma)
+        """Deviates of all parts."""
+        return sum(part.normals for part in self.parts)
 
-    def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
+    def init(self, normals: Array) -> tuple[Any, ...]:
+        """States of all parts."""
+        shares = _shares(normals, [part.initial_normals for part in self.parts])
+        return tuple(part.init(own) for part, own in zip(self.parts, shares, strict=True))
+
+    def advance_parts(
+        self, state: tuple[Any, ...], normals: Array, row: Array
+    ) -> tuple[list[Array], tuple[Any, ...]]:
+        """Integrals and new states of all parts."""
+        shares = _shares(normals, [part.normals for part in self.parts])
+        steps = [
+            part.advance(own, share, row)
+            for part, own, share in zip(self.parts, state, shares, strict=True)
+        ]
+        return [Y for Y, _ in steps], tuple(after for _, after in steps)
+
+    def integrals_of_parts(
+        self, state: tuple[Any, ...], row: Array
+    ) -> tuple[list[Array], list[Array]]:
+        """The stationary integrals W and U of all parts."""
+        both = [part.integrals(own, row) for part, own in zip(self.parts, state, strict=True)]
+        return [W for W, _ in both], [U for _, U in both]
+
+
+class SummedProcess(JointProcess):
+    """The sum of processes of the same channels."""
+
+    def advance(
+        self, state: tuple[Any, ...], normals: Array, row: Array
+    ) -> tuple[Array, tuple[Any, ...]]:
         """See `Process.advance`."""
-        return self.sigma @ normals * np.sqrt(self.step), state
+        integrals, after = self.advance_parts(state, normals, row)
+        return sum(integrals[1:], integrals[0]), after
 
-    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+    def obstacle(self, channel: int) -> str:
         """See `Process.obstacle`."""
-        return "white noise, whose integral is a random walk"
+        return next(filter(None, (part.obstacle(channel) for part in self.parts)), "")
+
+    def integrals(self, state: tuple[Any, ...], row: Array) -> tuple[Array, Array]:
+        """See `Process.integrals`."""
+        rates, angles = self.integrals_of_parts(state, row)
+        return sum(rates[1:], rates[0]), sum(angles[1:], angles[0])
+
+
+def checked_parts(subject: str, parts: Any) -> tuple[Excitation, ...]:
+    """The parts as a tuple.
+
+    Raises:
+        ParameterError: If there is none, or one is no excitation.
+    """
+    found = tuple(parts) if isinstance(parts, Iterable) else (parts,)
+    for part in found:
+        if not hasattr(part, "process"):
+            raise ParameterError(f"{subject} part", repr(part), "an excitation")
+    if not found:
+        raise ParameterError(f"{subject} parts", "none", "one excitation or more")
+    return found
+
+
+def _shares(normals: Array, counts: Sequence[int]) -> list[Array]:
+    """Deviates cut into each part's."""
+    ends = list(accumulate(counts, initial=0))
+    return [normals[i:j] for i, j in pairwise(ends)]

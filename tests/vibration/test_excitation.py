@@ -1,128 +1,160 @@
-"""White noise: its two conventions, what it refuses, and the impulse it gives the joints."""
+"""Sine on random, and different excitations on different channels."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
+from scipy import signal, stats
 
 from ftcfa import (
-    BaseAcceleration,
-    PaperPendulum,
+    Harmonic,
+    LinearFilter,
     ParameterError,
+    RandomPhase,
+    Record,
+    RecordedAcceleration,
+    ShapedNoise,
     ShapeError,
-    Vibration,
+    SineSweep,
+    Stacked,
+    Superposition,
     WhiteNoise,
-    load_arm,
+    simulate_paths,
 )
 
-ROUNDING = 1e-12
-"""Some products of well-scaled 3 x 3 matrices."""
-FULL = [[0.5, 0.2, 0.0], [0.2, 0.3, -0.1], [0.0, -0.1, 0.4]]
+from .masses import CONFIDENCE, check_engines, pushed, run_process
+
+TRUCK = "mil_std_810g_highway_truck_vertical"
+LAG = LinearFilter([[-20.0]], [[1.0]], [[3.0]])
+
+
+def recorded(samples=200, axes=1, random_start=True):
+    values = np.random.default_rng(0).standard_normal((samples, axes))
+    values = signal.sosfilt(signal.butter(4, 50.0, fs=1e3, output="sos"), values, axis=0)
+    return RecordedAcceleration(Record(1e-3, values), random_start)
+
+
+def all_kinds():
+    return (
+        ShapedNoise(LAG) + recorded() + Harmonic(1.0, 20.0) + WhiteNoise(0.1)
+        + SineSweep(1.0, 5.0, 50.0, 0.1) + RandomPhase("astm_d4169_truck_low", 5)
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("intensity", "varpi"),
+    "loop",
     [
-        (0.1, 0.1 * np.eye(3)),
-        (2, 2.0 * np.eye(3)),
-        ([0.1, 0.2, 0.3], np.diag([0.1, 0.2, 0.3])),
-        (FULL, np.array(FULL)),
-        (0.0, np.zeros((3, 3))),
-        ([1.0, 0.0, 2.0], np.diag([1.0, 0.0, 2.0])),
-        (np.ones((3, 3)), np.ones((3, 3))),  # of rank 1: three axes shaken as one
+        pushed(all_kinds(), period=5e-4),
+        pushed(WhiteNoise(0.1) + Harmonic(1.0, [20.0, 30.0]), 2, substeps=2),
+        pushed(Stacked((WhiteNoise(0.1), recorded(axes=2)), (1, 2)), 3, substeps=2),
+        pushed(Stacked((all_kinds(), Harmonic(1.0, 20.0), ShapedNoise(LAG))), 3, period=5e-4),
+        pushed(Stacked((recorded(), WhiteNoise(0.1))) + Harmonic(1.0, 10.0), 2),
     ],
 )
-def test_both_conventions(intensity, varpi):
-    sigma = WhiteNoise(intensity).amplitude(3)
-    np.testing.assert_allclose(sigma @ sigma.T, varpi, rtol=0, atol=ROUNDING)
-    np.testing.assert_array_equal(WhiteNoise(intensity, "amplitude").amplitude(3), varpi)
+def test_the_engines_agree(loop):
+    check_engines(loop)
 
 
-def test_the_conventions_differ_by_a_root():
-    assert WhiteNoise(0.1).amplitude(1)[0, 0] == pytest.approx(0.316, abs=5e-4)
-    assert WhiteNoise(0.1, "amplitude").amplitude(1)[0, 0] == 0.1
-
-
-@given(arrays(float, (3, 3), elements=st.floats(-10, 10)))
-def test_sigma_is_a_root_of_any_positive_semidefinite_intensity(root):
-    varpi = root @ root.T
-    sigma = WhiteNoise(varpi).amplitude(3)
-    scale = max(1.0, np.abs(varpi).max())
-    np.testing.assert_allclose(sigma @ sigma.T, varpi, rtol=0, atol=ROUNDING * scale)
-
-
-@pytest.mark.parametrize(
-    "intensity",
-    [
-        -0.1,
-        [0.1, -0.1],
-        [[1.0, 2.0], [2.0, 1.0]],  # indefinite
-        [[1.0, 0.5], [0.0, 1.0]],  # asymmetric
-        [[1e-10, 5e-11], [0.0, 1e-10]],  # asymmetric and small
-        np.nan,
-        [0.1, np.inf],
-        [[0.1, np.nan], [np.nan, 0.1]],
-    ],
-)
-def test_what_is_no_covariance_is_refused(intensity):
-    with pytest.raises(ParameterError, match=r"WhiteNoise intensity: .* positive semidefinite"):
-        WhiteNoise(intensity)
-
-
-@pytest.mark.parametrize("intensity", ["loud", None, object(), [0.1, "x"], [[0.1], [0.1, 0.2]]])
-def test_what_is_no_number_is_refused(intensity):
-    with pytest.raises(ParameterError, match="WhiteNoise intensity"):
-        WhiteNoise(intensity)
-
-
-@pytest.mark.parametrize("shape", [(2, 3), (2, 2, 2), (0,), (0, 0)])
-def test_a_wrong_shape_is_refused(shape):
-    with pytest.raises(ShapeError, match=r"WhiteNoise intensity: shape .* expected \(\), \(m,\)"):
-        WhiteNoise(np.ones(shape))
-
-
-def test_an_unknown_convention_is_refused():
-    with pytest.raises(ParameterError, match='convention: \'rms\', expected "psd" or "amplitude"'):
-        WhiteNoise(0.1, "rms")
-
-
-@pytest.mark.parametrize("intensity", [[0.1, 0.1], np.eye(4), [0.1]])
-def test_the_channels_must_be_those_of_the_input(intensity):
-    with pytest.raises(ShapeError, match="channels, expected 3 channels"):
-        Vibration(BaseAcceleration("xyz"), WhiteNoise(intensity)).process(load_arm("ur5"), 1e-3)
-
-
-def test_a_vibration_needs_an_input_and_an_excitation():
-    with pytest.raises(ParameterError, match="Vibration input: 'shaking', expected a noise input"):
-        Vibration("shaking", WhiteNoise())
-    with pytest.raises(ParameterError, match=r"Vibration excitation: 0\.1, expected an excitation"):
-        Vibration(BaseAcceleration(), 0.1)
-
-
-@pytest.mark.parametrize("convention", ["psd", "amplitude"])
-def test_the_impulse_over_a_step_has_the_covariance_of_the_noise(convention):
-    varpi = np.array([[0.5, 0.2], [0.2, 0.3]])
-    arm, q, step = PaperPendulum(), np.array([0.4, -1.1]), 0.003
-    vibration = Vibration(BaseAcceleration("xz"), WhiteNoise(varpi, convention))
-    process = vibration.process(arm, step)
-    still = vibration.init(process, np.zeros(0))
-    assert process.normals == 2
-    columns = [
-        vibration.impulse(process, arm, q, np.zeros(2), still, normals, np.zeros(0), step)[0]
-        for normals in np.eye(2)
+def test_a_sum_is_the_sum_of_its_parts():
+    """Each part with its own share of the deviates."""
+    parts = [ShapedNoise(LAG), recorded(), Harmonic(1.0, 20.0), WhiteNoise(0.1)]
+    processes = [part.process(1, 1e-3) for part in parts]
+    rng = np.random.default_rng(0)
+    normals = [rng.standard_normal((50, p.normals)) for p in processes]
+    initial = [rng.standard_normal(p.initial_normals) for p in processes]
+    apart = [
+        run_process(p, 50, own, start, first=30)[0]
+        for p, own, start in zip(processes, normals, initial, strict=True)
     ]
-    root = np.column_stack(columns)  # the impulse is linear in its two independent deviates
-    Lambda = -arm.base_coupling(q)[:, [0, 2]]
-    intensity = varpi if convention == "psd" else varpi @ varpi
-    covariance = step * Lambda @ intensity @ Lambda.T
-    np.testing.assert_allclose(root @ root.T, covariance, rtol=0, atol=ROUNDING)
+    joint = np.hstack(normals), np.concatenate(initial)
+    total = Superposition(parts).process(1, 1e-3)
+    np.testing.assert_allclose(run_process(total, 50, *joint, first=30)[0], sum(apart), rtol=1e-13)
+    stacked = Stacked(parts).process(4, 1e-3)
+    np.testing.assert_array_equal(
+        run_process(stacked, 50, *joint, first=30)[0], np.column_stack(apart)
+    )
 
 
-def test_no_intensity_gives_no_impulse():
-    vibration = Vibration(BaseAcceleration("xz"), WhiteNoise(0.0))
-    arm, still = PaperPendulum(), np.zeros(2)
-    process = vibration.process(arm, 1e-3)
-    state = vibration.init(process, np.zeros(0))
-    impulse, _ = vibration.impulse(process, arm, still, still, state, np.ones(2), np.zeros(0), 1e-3)
-    np.testing.assert_array_equal(impulse, 0.0)
+def test_sine_on_random():
+    """The mean over paths is the sine, the variance about it the noise's."""
+    paths, varpi = 2000, 0.01
+    v = simulate_paths(pushed(WhiteNoise(varpi) + Harmonic(2.0, 10.0, 0.3)), paths, 0.1).v
+    t, w = v.time.values, 2 * np.pi * 10.0
+    sine = 2.0 / w * (np.sin(w * t + 0.3) - np.sin(0.3))
+    about = v.values[:, :, 0] - sine
+    low, high = stats.chi2.interval(CONFIDENCE, paths) / np.float64(paths)
+    for k in (1, 10, 100):
+        assert low < np.mean(about[:, k] ** 2) / (varpi * t[k]) < high
+        assert abs(np.mean(about[:, k])) < stats.norm.isf(1e-6) * np.sqrt(varpi * t[k] / paths)
+
+
+def test_the_same_excitation_twice_is_two_independent_ones():
+    noise, paths = WhiteNoise(0.01), 2000
+    v = simulate_paths(pushed(noise + noise), paths, 0.01).v.values[:, -1, 0]
+    low, high = stats.chi2.interval(CONFIDENCE, paths) / np.float64(paths)
+    assert low < np.mean(v**2) / (2 * 0.01 * 0.01) < high
+
+
+def test_white_noise_on_one_channel_and_a_record_on_the_other():
+    source = recorded(random_start=False)
+    paths = 2000
+    v = simulate_paths(pushed(Stacked((WhiteNoise(0.1), source)), 2), paths, 0.05).v.values
+    low, high = stats.chi2.interval(CONFIDENCE, paths) / np.float64(paths)
+    assert low < np.mean(v[:, -1, 0] ** 2) / (0.1 * 0.05) < high
+    rows = source.process(1, 1e-3).rows[:50, 0]
+    np.testing.assert_allclose(v[:, 1:, 1], np.tile(np.cumsum(rows), (paths, 1)), atol=1e-12)
+
+
+def test_sums_are_flat():
+    a, b, c = WhiteNoise(0.1), Harmonic(1.0, 10.0), Harmonic(1.0, 20.0)
+    assert (a + b + c).parts == (a, b, c)
+    assert (a + (b + c)).parts == (a, b, c)
+    assert Superposition([a + b, Superposition((c,))]).parts == (a, b, c)
+
+
+def test_which_channels_are_integrable():
+    white, sine = WhiteNoise(0.1), Harmonic(1.0, 10.0)
+    assert [bool((white + sine).process(2, 1e-3).obstacle(k)) for k in (0, 1)] == [True, True]
+    assert [(sine + recorded(axes=2)).process(2, 1e-3).obstacle(k) for k in (0, 1)] == ["", ""]
+    stacked = Stacked((white, sine, recorded()), (2, 1, 1)).process(4, 1e-3)
+    assert [bool(stacked.obstacle(k)) for k in range(4)] == [True, True, False, False]
+    W, U = stacked.integrals(stacked.init(np.ones(2)), stacked.rows[0])
+    assert W.shape == U.shape == (4,)
+    assert (stacked.normals, stacked.initial_normals, stacked.random_start) == (2, 2, True)
+
+
+def test_one_record_only():
+    message = (
+        "excitation: 2 records among its parts, expected at most one; add their values up, or "
+        "make them axes of one, in a Record"
+    )
+    for excitation in (recorded() + recorded(), Stacked((recorded(), recorded()))):
+        with pytest.raises(ParameterError) as refused:
+            pushed(excitation, 2 if isinstance(excitation, Stacked) else 1)
+        assert str(refused.value) == message
+
+
+@pytest.mark.parametrize("other", [3, "noise", None, [WhiteNoise()]])
+def test_what_is_no_excitation_is_not_added(other):
+    with pytest.raises(ParameterError, match=r"Superposition part: .*, expected an excitation"):
+        WhiteNoise(0.1) + other
+    with pytest.raises(ParameterError, match=r"Stacked part: .*, expected an excitation"):
+        Stacked((WhiteNoise(0.1), other))
+
+
+def test_no_parts():
+    for kind in (Superposition, Stacked):
+        with pytest.raises(ParameterError, match=f"{kind.__name__} parts: none, expected one"):
+            kind(())
+
+
+def test_wrong_numbers_of_channels():
+    two = (WhiteNoise(0.1), Harmonic(1.0, 10.0))
+    with pytest.raises(ShapeError, match="Stacked channels: 3 numbers, expected 2 parts"):
+        Stacked(two, (1, 1, 1))
+    with pytest.raises(ParameterError, match="Stacked channels: 0, expected an integer >= 1"):
+        Stacked(two, (1, 0))
+    with pytest.raises(ParameterError, match="Stacked channels: 'x', expected an integer >= 1"):
+        Stacked(two, "xy")
+    with pytest.raises(ShapeError, match="Stacked: 4 channels, expected 3 channels"):
+        pushed(Stacked(two, 2), 3)
+    with pytest.raises(ShapeError, match="Harmonic amplitude"):
+        pushed(WhiteNoise(0.1) + Harmonic([1.0, 2.0], 10.0), 3)

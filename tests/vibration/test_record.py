@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
-from ftcfa.vibration.record import Record
-from ftcfa.vibration.record_file import read_record
+from ftcfa.vibration.record import Record, read_record
 
 G = 9.80665
 

@@ -10,7 +10,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import positive, vector
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.excitations.sinusoids import check_frequency, check_numbers, not_negative
+from ftcfa.vibration.excitations.harmonic import check_frequency, check_numbers, not_negative
 
 Kind = Literal["logarithmic", "linear"]
 KINDS = ("logarithmic", "linear")

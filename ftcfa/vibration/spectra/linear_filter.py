@@ -1,12 +1,11 @@
 """Shaping filters: coloured noise as the output of a linear system driven by white noise."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag, expm, matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
 
 from ftcfa.arrays import Array
 from ftcfa.checks import positive
@@ -231,14 +230,6 @@ class LinearFilter:
         A, B = self.A * size / size[:, None], self.B / size[:, None]
         P = solve_continuous_lyapunov(A, -B @ B.T) * np.outer(size, size)
         return 0.5 * (P + P.T)
-
-
-def side_by_side(filters: Sequence[LinearFilter]) -> LinearFilter:
-    """Independent filters as one, block-diagonal: their outputs stacked, as for several axes."""
-    if not filters:
-        raise ParameterError("side_by_side", "no filters", "one or more")
-    A, B, C = (block_diag(*(getattr(one, name) for one in filters)) for name in "ABC")
-    return LinearFilter(A, B, C)
 
 
 def root_of_covariance(Q: Array) -> Array:

@@ -25,7 +25,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ftcfa.arrays import Array
 from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
@@ -105,11 +104,6 @@ def road_roughness(road_class: str) -> float:
     if road_class not in ROAD_CLASSES:
         raise UnknownNameError("ISO 8608 road class", str(road_class), tuple(ROAD_CLASSES))
     return ROAD_CLASSES[road_class]
-
-
-def road_density(road_class: str, n: Array) -> Array:
-    """Displacement density G_d(n) of a road class, shape of n [cycles/m] -> [m^3]."""
-    return road_roughness(road_class) * (np.asarray(n, dtype=float) / REFERENCE_FREQUENCY) ** -2
 
 
 def road_velocity_intensity(road_class: str, speed: float) -> float:

@@ -5,7 +5,6 @@ printed in g^2/Hz.
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -23,8 +22,6 @@ PLAUSIBLE_G_RMS = 60.0
 """Overall level above which a table is taken to be in the wrong unit [g]. Qualification of
 launcher equipment stays below. What is mistaken by the factor of the unit and yet stays below it
 cannot be told: state ``nominal_g_rms`` in a table."""
-TINY = 1e-15
-"""Below it log(1 + x) is x."""
 SAMPLES_PER_PERIOD = 8
 """Integration steps that the shortest period of a band must hold."""
 
@@ -55,11 +52,6 @@ class Spectrum:
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         _check_points(self.frequencies, self.densities)
-
-    @classmethod
-    def from_points(cls, points: Iterable[tuple[float, float]]) -> "Spectrum":
-        """Spectrum from pairs (f_i, S_i) in Hz and (m/s^2)^2/Hz."""
-        return cls(*_columns(points))
 
     @classmethod
     def from_g(
@@ -120,17 +112,6 @@ class Spectrum:
         i = np.clip(np.searchsorted(self.frequencies, x, side="right") - 1, 0, len(a) - 1)
         L = np.log(x / self.frequencies[i])
         return below[i] + (self.frequencies * self.densities)[i] * L * exprel(a[i] * L)
-
-    def frequency_at(self, power: npt.ArrayLike) -> Array:
-        """The f below which a given power lies, the inverse of `power`, shape of power [Hz]."""
-        a, below = self._segments
-        P = np.clip(np.asarray(power, dtype=float), 0.0, below[-1])
-        i = np.clip(np.searchsorted(below, P, side="right") - 1, 0, len(a) - 1)
-        share = (P - below[i]) / (self.frequencies * self.densities)[i]  # (e^(a L) - 1)/a
-        aL = np.log1p(np.maximum(a[i] * share, TINY - 1.0))
-        flat = np.abs(aL) < TINY
-        L = np.where(flat, share, aL / np.where(flat, 1.0, a[i]))
-        return np.clip(self.frequencies[i] * np.exp(L), *self.band)
 
     def rms(self) -> float:
         """Root of the integral of S over the band, exact for straight lines in log-log [m/s^2]."""
@@ -202,16 +183,6 @@ def _numbers(subject: str, values: npt.ArrayLike) -> Array:
         return np.array(values, dtype=float)
     except (TypeError, ValueError) as error:
         raise ParameterError(subject, repr(values), "numbers") from error
-
-
-def _columns(points: Iterable[tuple[float, float]]) -> tuple[Array, Array]:
-    """Frequencies and densities of pairs."""
-    table = _numbers("Spectrum points", list(points))
-    if table.ndim != 2 or table.shape[1] != 2:
-        raise ParameterError(
-            "Spectrum points", f"shape {table.shape}", "pairs (frequency, density)"
-        )
-    return table[:, 0], table[:, 1]
 
 
 def _check_points(f: Array, S: Array) -> None:

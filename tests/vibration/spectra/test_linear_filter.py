@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.spectra.linear_filter import LinearFilter, root_of_covariance, side_by_side
+from ftcfa.vibration.spectra.linear_filter import LinearFilter, root_of_covariance
 
 QUADRATURE = 1e-8
 """Relative accuracy asked of quad over an infinite range."""
@@ -177,14 +177,6 @@ def test_a_simulated_sequence_has_its_variance_from_the_first_sample():
             assert SIGNIFICANCE < stats.chi2(paths).cdf(chi) < 1 - SIGNIFICANCE
 
 
-def test_filters_side_by_side_are_independent():
-    both = side_by_side([lag(2.0), oscillator(10.0, 0.05)])
-    assert (both.order, both.inputs, both.outputs) == (3, 2, 2)
-    np.testing.assert_allclose(both.rms(), [0.5, math.sqrt(0.005)])
-    np.testing.assert_allclose(both.discretise(0.1).covariance(3)[0, 1], 0.0, atol=1e-15)
-    np.testing.assert_allclose(both.covariance()[0, 1:], 0.0, atol=1e-15)
-
-
 def test_a_scaled_filter():
     np.testing.assert_allclose(lag(2.0).scaled(3.0).density([1.0]), 9.0 * lag(2.0).density([1.0]))
 
@@ -230,8 +222,3 @@ def test_what_is_no_stable_filter_is_refused(A, B, C, message):
 def test_a_step_is_positive(step):
     with pytest.raises(ParameterError, match=r"step: .*, expected a number > 0 \[s\]"):
         lag(1.0).discretise(step)
-
-
-def test_no_filters():
-    with pytest.raises(ParameterError, match="side_by_side: no filters, expected one or more"):
-        side_by_side([])

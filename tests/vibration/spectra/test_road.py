@@ -13,12 +13,16 @@ from ftcfa.vibration.spectra.road import (
     TRUCK,
     QuarterCar,
     Road,
-    road_density,
     road_roughness,
     road_velocity_intensity,
 )
 
 FREQUENCIES = np.geomspace(0.05, 200.0, 300)
+
+
+def road_density(road_class, n):
+    """Displacement density of a road over its spatial frequency [cycles/m] -> [m^3]."""
+    return ROAD_CLASSES[road_class] * (n / 0.1) ** -2
 
 
 def body_over_road(car, f):

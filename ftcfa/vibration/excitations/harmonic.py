@@ -1,19 +1,16 @@
-"""Sums of sinusoids: harmonic excitation, and random vibration by random phases."""
+"""Harmonic excitation, and the process of any sum of sinusoids."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, vector
+from ftcfa.checks import vector
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.excitation import EACH, Excitation, Process
+from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
-from ftcfa.vibration.spectra.standards import Specification, several, spectrum_of
-from ftcfa.vibration.synthesis import SpectralLines, spectral_lines
 
 State = tuple[Array, Array]
 
@@ -51,65 +48,6 @@ class Harmonic(Excitation):
         phases = None if self.phase is None else vector("Harmonic phase", self.phase, channels)
         check_frequency(float(frequencies.max()), step)
         return TonesProcess(amplitudes, frequencies, (1,) * channels, step, phases)
-
-
-@dataclass(frozen=True, eq=False)
-class RandomPhase(Excitation):
-    """Random vibration as sums of lines whose phases are drawn for each path.
-
-    Each channel is a sum of `spectral_lines`, uniformly spaced: it carries the power of its
-    specification exactly, is bounded, and close to Gaussian for many lines; after a `period` it
-    repeats. Phases are independent of each other and uniform on [0, 2 pi), so the excitation is
-    stationary. `ShapedNoise` never repeats, but meets its specification only as its filter fits.
-
-    Attributes:
-        axes: A specification for each channel: the name of a table of `standards()`, a
-            `Standard`, or a `Spectrum`. One alone needs no brackets.
-        lines: Lines a channel, one more or less. The period is lines/(width of the band), so a
-            run without repetition takes lines > width times duration. Compilation and the cost of
-            a step grow with them: 200 on each of three axes take ten seconds to compile, once a
-            process, and 0.8 us a step and path, seven times as much as 20.
-
-    Raises:
-        UnknownNameError: If there is no table of a name; it lists the known ones.
-        ParameterError: If an axis is no specification, or ``lines`` no number of lines.
-    """
-
-    axes: Specification | Sequence[Specification]
-    lines: int = 200
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "axes", several("RandomPhase axes", self.axes))
-        counting("RandomPhase lines", self.lines)
-        _ = self.spectra  # checks them
-
-    @cached_property
-    def spectra(self) -> tuple[Spectrum, ...]:
-        """The spectrum of each channel."""
-        return tuple(spectrum_of(axis) for axis in several("RandomPhase axes", self.axes))
-
-    @cached_property
-    def sums(self) -> tuple[SpectralLines, ...]:
-        """The lines of each channel."""
-        return tuple(spectral_lines(spectrum, self.lines) for spectrum in self.spectra)
-
-    @property
-    def period(self) -> Array:
-        """Time after which each channel repeats, shape (m,) [s]."""
-        return np.array([one.period for one in self.sums])
-
-    def process(self, channels: int, step: float) -> "TonesProcess":
-        """See `Excitation.process`; the step must resolve the band of every spectrum."""
-        if len(self.spectra) != channels:
-            raise ShapeError(
-                "RandomPhase", f"{len(self.spectra)} channels", f"{channels} channels", EACH
-            )
-        for spectrum, lines in zip(self.spectra, self.sums, strict=True):
-            check_step(spectrum, step)
-            check_frequency(float(lines.frequencies.max()), step)
-        amplitudes = np.concatenate([one.amplitudes for one in self.sums])
-        frequencies = np.concatenate([one.frequencies for one in self.sums])
-        return TonesProcess(amplitudes, frequencies, tuple(map(len, self.sums)), step)
 
 
 class TonesProcess(Process):

@@ -1,4 +1,4 @@
-"""Sinusoids and random phases: exact integrals, uniform phases, the power of the tables."""
+"""Sinusoids: exact integrals, one phase for each path, steps that resolve them."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,7 @@ from ftcfa import (
     ParameterError,
     RandomPhase,
     ShapeError,
-    Spectrum,
-    UnknownNameError,
     simulate_paths,
-    standard,
-    standards,
 )
 
 from ..masses import CONFIDENCE, check_engines, pushed, run_process
@@ -58,31 +54,6 @@ def test_the_engines_agree(loop):
     check_engines(loop)
 
 
-def angles(process, paths, seed=0):
-    """Phases at time zero of many paths, shape (paths, lines)."""
-    normals = np.random.default_rng(seed).standard_normal((paths, process.initial_normals))
-    W, Y = np.array([process.init(own) for own in normals]).transpose(1, 0, 2)
-    turn, s = process.w * 1e-3, W / process.sizes
-    c = (Y / process.sizes + (1 - np.cos(turn)) * s) / np.sin(turn)
-    np.testing.assert_allclose(c**2 + s**2, 1.0, rtol=1e-12)
-    return np.mod(np.arctan2(s, c), 2 * np.pi)
-
-
-@pytest.mark.parametrize("lines", [4, 5])
-def test_random_phases_are_uniform_and_independent(lines):
-    phases = angles(RandomPhase(Spectrum([10.0, 20.0], [1.0, 1.0]), lines).process(1, 1e-3), 5000)
-    count = phases.shape[1]
-    turn = 2 * np.pi
-    for i in range(count):
-        assert stats.kstest(phases[:, i] / turn, "uniform").pvalue > 1 - CONFIDENCE
-        for j in range(i):  # sums and differences of independent uniform phases are uniform
-            for combined in (phases[:, i] + phases[:, j], phases[:, i] - phases[:, j]):
-                share = np.mod(combined, turn) / turn
-                assert stats.kstest(share, "uniform").pvalue > 1 - CONFIDENCE
-            table = np.histogram2d(phases[:, i], phases[:, j], 5, [[0, turn], [0, turn]])[0]
-            assert stats.chisquare(table.ravel()).pvalue > 1 - CONFIDENCE
-
-
 def test_a_phase_of_every_path_s_own():
     v = simulate_paths(pushed(Harmonic(1.0, 20.0)), 2000, 0.001).v.values[:, 1, 0]
     largest = 2 * np.sin(np.pi * 20.0 * 1e-3) / (2 * np.pi * 20.0)
@@ -90,45 +61,6 @@ def test_a_phase_of_every_path_s_own():
     assert stats.kstest(cosine, "arcsine", args=(-1, 2)).pvalue > 1 - CONFIDENCE
     fixed = simulate_paths(pushed(Harmonic(1.0, 20.0, 0.7)), 3, 0.001).v.values
     assert np.ptp(fixed[:, 1]) == 0.0
-
-
-@pytest.mark.parametrize("name", standards())
-def test_random_phases_carry_the_power_of_the_table(name):
-    """Over a period, by Parseval: the overall level, and the power of each line's interval."""
-    spectrum, lines = standard(name).spectrum, 50
-    excitation = RandomPhase(name, lines)
-    (period,) = excitation.period
-    low, high = spectrum.band
-    steps = 2 * int(5 * (high + (high - low) / lines) * period)  # ten a shortest period
-    h = period / steps
-    process = excitation.process(1, h)
-    initial = np.random.default_rng(1).standard_normal(process.initial_normals)
-    Y, *_ = run_process(process, steps, initial=initial)
-    f = np.fft.rfftfreq(steps, h)
-    amplitudes = 2 * np.abs(np.fft.rfft(Y[:, 0])) / steps / (h * np.sinc(f * h))
-    powers = 0.5 * amplitudes**2
-    assert np.sqrt(powers.sum()) / 9.80665 == pytest.approx(spectrum.g_rms(), rel=ROUNDING)
-    np.testing.assert_allclose(
-        np.sqrt(powers.sum()) / 9.80665, standard(name).nominal_g_rms, rtol=0.05
-    )
-    df = 1 / period
-    inside = np.flatnonzero((f > low + df) & (f < high - df))
-    for k in inside[::5]:
-        ends = f[k] - df / 2, f[k] + df / 2
-        corners = [x for x in spectrum.frequencies if ends[0] < x < ends[1]]
-        power = quad(spectrum.density, *ends, points=corners or None)[0]
-        assert powers[k] == pytest.approx(power, rel=1e-6)
-    np.testing.assert_allclose(powers[f > high + df], 0.0, atol=ROUNDING * powers.max())
-
-
-def test_it_repeats_after_its_period_and_every_path_has_its_level():
-    excitation = RandomPhase(TRUCK, 49)
-    assert excitation.period == pytest.approx([0.1])  # 490 Hz in 49 parts
-    loop = pushed(excitation, period=2.5e-4)
-    Y = np.diff(simulate_paths(loop, 5, 0.2).v.values[:, :, 0], axis=1)
-    np.testing.assert_allclose(Y[:, :400], Y[:, 400:], atol=1e-9 * np.abs(Y).max())
-    level = np.sqrt(np.mean(Y[:, :400] ** 2, axis=1))
-    np.testing.assert_allclose(level, level[0], rtol=1e-9)
 
 
 def test_a_step_must_resolve_the_highest_frequency():
@@ -164,17 +96,6 @@ def test_a_wrong_number_of_channels():
         pushed(Harmonic(1.0, [10.0, 20.0]), 3)
     with pytest.raises(ShapeError, match="RandomPhase: 1 channels, expected 2 channels"):
         pushed(RandomPhase(TRUCK), 2, period=2.5e-4)
-
-
-def test_what_random_phases_refuse():
-    with pytest.raises(UnknownNameError, match="gevs_acceptance"):
-        RandomPhase("highway")
-    with pytest.raises(ParameterError, match="vibration specification: 3, expected a standard's"):
-        RandomPhase((TRUCK, 3))
-    with pytest.raises(ParameterError, match="RandomPhase axes: none, expected a specification"):
-        RandomPhase(())
-    with pytest.raises(ParameterError, match="RandomPhase lines: 0, expected an integer >= 1"):
-        RandomPhase(TRUCK, 0)
 
 
 def test_a_hundred_thousand_steps_of_the_recurrence():

@@ -1,0 +1,91 @@
+"""Independent excitations on different channels of one noise input."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ftcfa.arrays import Array
+from ftcfa.checks import counting
+from ftcfa.errors import ShapeError
+from ftcfa.vibration.excitation import EACH, Excitation, JointProcess, Process, checked_parts
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked(Excitation):
+    """Independent excitations for different channels of one noise input.
+
+    ``Vibration(BaseAcceleration("xyz"), Stacked((WhiteNoise(0.1), record), (2, 1)))`` shakes x
+    and y by white noise and z by a record.
+
+    Attributes:
+        parts: One excitation or more, in the order of the channels.
+        channels: How many channels each takes; one number is that of every part.
+
+    Raises:
+        ParameterError: If a part is no excitation, or takes no channel.
+        ShapeError: If there are not as many numbers as parts.
+    """
+
+    parts: Sequence[Excitation]
+    channels: int | Sequence[int] = 1
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parts", checked_parts("Stacked", self.parts))
+        for count in self.shares:
+            counting("Stacked channels", count)
+        if len(self.shares) != len(self.parts):
+            raise ShapeError(
+                "Stacked channels", f"{len(self.shares)} numbers", f"{len(self.parts)} parts"
+            )
+
+    @property
+    def shares(self) -> tuple[int, ...]:
+        """How many channels each part takes."""
+        if isinstance(self.channels, Sequence):
+            return tuple(self.channels)
+        return (self.channels,) * len(self.parts)
+
+    def process(self, channels: int, step: float) -> "StackedProcess":
+        """See `Excitation.process`; at most one part may read a table."""
+        if sum(self.shares) != channels:
+            raise ShapeError(
+                "Stacked", f"{sum(self.shares)} channels", f"{channels} channels", EACH
+            )
+        pairs = zip(self.parts, self.shares, strict=True)
+        return StackedProcess([part.process(m, step) for part, m in pairs], self.shares)
+
+
+class StackedProcess(JointProcess):
+    """Processes of different channels.
+
+    Args:
+        parts: The processes.
+        channels: How many channels each has.
+    """
+
+    def __init__(self, parts: Sequence[Process], channels: Sequence[int]) -> None:
+        super().__init__(parts)
+        self.channels = tuple(channels)
+        self.owners = [(part, k) for part, m in zip(parts, channels, strict=True) for k in range(m)]
+
+    def advance(
+        self, state: tuple[Any, ...], normals: Array, row: Array
+    ) -> tuple[Array, tuple[Any, ...]]:
+        """See `Process.advance`."""
+        integrals, after = self.advance_parts(state, normals, row)
+        return np.concatenate(integrals), after
+
+    def obstacle(self, channel: int) -> str:
+        """See `Process.obstacle`."""
+        part, own = self.owners[channel]
+        return part.obstacle(own)
+
+    def integrals(self, state: tuple[Any, ...], row: Array) -> tuple[Array, Array]:
+        """See `Process.integrals`."""
+        zeros = [np.zeros(m) for m in self.channels]  # the size of a part without integrals
+        rates, angles = self.integrals_of_parts(state, row)
+        W = [zero + own for zero, own in zip(zeros, rates, strict=True)]
+        U = [zero + own for zero, own in zip(zeros, angles, strict=True)]
+        return np.concatenate(W), np.concatenate(U)

@@ -1,0 +1,102 @@
+"""White noise of a given intensity, in the two conventions of the paper."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.vibration.excitation import EACH, Excitation, Process
+
+Convention = Literal["psd", "amplitude"]
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteNoise(Excitation):
+    """White noise of intensity varpi: E[xi(t) xi(s)^T] = varpi delta(t - s).
+
+        xi dt = Sigma dW,   Sigma Sigma^T = varpi
+
+    Its two-sided spectral density is varpi/(2 pi) per rad/s, as the paper says; the one-sided
+    density per Hz is 2 varpi.
+
+    Attributes:
+        intensity: varpi, a number (times the identity), m numbers (a diagonal) or (m, m)
+            positive semidefinite [unit of xi squared times s].
+        convention: ``"psd"`` as above; ``"amplitude"`` takes Sigma = varpi, which is what the
+            paper prints in (4).
+    """
+
+    intensity: npt.ArrayLike = 0.1
+    convention: Convention = "psd"
+
+    def __post_init__(self) -> None:
+        if self.convention not in ("psd", "amplitude"):
+            raise ParameterError(
+                "WhiteNoise convention", repr(self.convention), '"psd" or "amplitude"'
+            )
+        varpi = self._varpi
+        square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
+        if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
+            raise ShapeError("WhiteNoise intensity", f"shape {varpi.shape}", "(), (m,) or (m, m)")
+        matrix = varpi if square else np.diag(np.atleast_1d(varpi))
+        rounding = 1e-12 * np.abs(matrix).max()
+        finite = np.all(np.isfinite(matrix))
+        symmetric = finite and np.all(np.abs(matrix - matrix.T) <= rounding)
+        if not symmetric or np.linalg.eigvalsh(matrix)[0] < -rounding:
+            raise ParameterError(
+                "WhiteNoise intensity", f"{varpi.tolist()}", "a positive semidefinite varpi"
+            )
+
+    @cached_property
+    def _varpi(self) -> Array:
+        try:
+            return np.asarray(self.intensity, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise ParameterError("WhiteNoise intensity", repr(self.intensity), "numbers") from error
+
+    def amplitude(self, channels: int) -> Array:
+        """Sigma: the symmetric root of varpi, or varpi itself, shape (m, m)."""
+        varpi = self._varpi
+        if varpi.ndim > 0 and varpi.shape[0] != channels:
+            raise ShapeError(
+                "WhiteNoise intensity", f"{varpi.shape[0]} channels", f"{channels} channels", EACH
+            )
+        matrix = varpi if varpi.ndim == 2 else np.diag(np.broadcast_to(varpi, (channels,)))
+        if self.convention == "amplitude":
+            return matrix
+        values, vectors = np.linalg.eigh(matrix)
+        return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
+
+    def process(self, channels: int, step: float) -> "WhiteProcess":
+        """See `Excitation.process`."""
+        return WhiteProcess(self.amplitude(channels), step)
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteProcess(Process):
+    """White noise over steps: Y = Sigma sqrt(h) n.
+
+    Attributes:
+        sigma: Shape (m, m).
+        step: h [s].
+    """
+
+    sigma: Array
+    step: float
+
+    @property
+    def normals(self) -> int:
+        """As many as there are channels."""
+        return len(self.sigma)
+
+    def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
+        """See `Process.advance`."""
+        return self.sigma @ normals * np.sqrt(self.step), state
+
+    def obstacle(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.obstacle`."""
+        return "white noise, whose integral is a random walk"
