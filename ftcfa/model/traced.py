@@ -17,7 +17,8 @@ from ftcfa.arrays import Array, solve_spd
 from ftcfa.errors import TracingError
 from ftcfa.model.arm import Arm
 from ftcfa.model.friction import damping_matrix
-from ftcfa.model.recursions import ENTRIES, Body, Chain
+from ftcfa.model.recursions import Chain
+from ftcfa.model.rigid_body import Body, bodies_of
 
 AGREEMENT = 1e-9
 """Largest difference from Pinocchio that is accepted, relative to the largest entry."""
@@ -159,8 +160,7 @@ class TracedArm:
     def _bodies(self) -> list[Body]:
         """The bodies, entries that regrouping always clears being zero."""
         felt = ca.DM(self.chain.regrouping.any(axis=1).astype(float))
-        rows = ca.reshape(column(self.bodies) * felt, ENTRIES, -1)
-        return [Body.of(rows[:, i]) for i in range(rows.shape[1])]
+        return bodies_of(column(self.bodies) * felt)
 
     def mass_matrix(self, q: Array) -> Array:
         """M(q), shape (n, n)."""
@@ -209,8 +209,7 @@ class TracedArm:
         chain, G = self.chain, self.chain.G
         regrouping = ca.sparsify(ca.DM(chain.regrouping))
         p = ca.SX.sym("p", regrouping.shape[1])
-        rows = ca.reshape(regrouping @ p, ENTRIES, -1)
-        bodies = [Body.of(rows[:, i]) for i in range(rows.shape[1])]
+        bodies = bodies_of(regrouping @ p)
         at, still = G @ q + chain.g0, ca.SX(3, 1)
 
         def force(rate: ca.SX, gravity: ca.SX) -> ca.SX:

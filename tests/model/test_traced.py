@@ -9,7 +9,8 @@ import pytest
 
 from ftcfa import FTCF, ClosedLoop, Sinusoid, TracingError, load_arm, simulate
 from ftcfa.model.arm import Arm
-from ftcfa.model.recursions import ENTRIES, Chain
+from ftcfa.model.recursions import Chain
+from ftcfa.model.rigid_body import ENTRIES
 from ftcfa.model.traced import TracedArm, symbols, traced
 from ftcfa.model.urdf.catalogue import catalogue
 
