@@ -1,7 +1,8 @@
 """Checks of a user's numbers, and the check that each field of a part declares.
 
-A check is a function of a subject, a value and a unit that raises a `FtcfaError` if the value is
-wrong. The field of a part, a frozen dataclass, declares its check with its type:
+A check is a function of a subject and a value (and a unit, where the value has one) that raises a
+`FtcfaError` if the value is wrong. The field of a part, a frozen dataclass, declares its check
+with its type:
 
     c1: Annotated[float, Check(positive, "1/s")] = 7.5
 
@@ -26,8 +27,9 @@ from ftcfa.errors import FtcfaError, ParameterError, ShapeError, UnknownNameErro
 class Check(NamedTuple):
     """The check that a field declares, and the unit of its value."""
 
-    function: Callable[[str, Any, str], Any]
-    """Called with the subject of a message, the value and the unit; raises a FtcfaError."""
+    function: Callable[..., Any]
+    """Called with the subject of a message, the value and the unit, if there is one; raises a
+    FtcfaError."""
     unit: str = ""
     """Unit of the value, such as ``rad/s``; empty where it has none."""
 
@@ -57,7 +59,7 @@ def check_field(part: type, name: str, value: Any) -> None:
     if value is None and optional:
         return
     try:
-        check.function(f"{part.__name__} {name}", value, check.unit)
+        check.function(f"{part.__name__} {name}", value, *filter(None, [check.unit]))
     except FtcfaError as error:
         error.field = name
         raise
@@ -76,9 +78,9 @@ def declared(part: Any) -> dict[str, tuple[Check, bool]]:
     return checks
 
 
-def _word(known: tuple[str, ...]) -> Callable[[str, Any, str], None]:
+def _word(known: tuple[str, ...]) -> Callable[[str, Any], None]:
     """The check of a `Literal`."""
-    return lambda subject, value, _: known_name(subject, value, known)
+    return lambda subject, value: known_name(subject, value, known)
 
 
 def known_name(subject: str, value: Any, known: Iterable[str], *, field: str = "") -> None:
@@ -88,7 +90,7 @@ def known_name(subject: str, value: Any, known: Iterable[str], *, field: str = "
         raise UnknownNameError(subject, str(value), names, field=field)
 
 
-def flag(subject: str, value: Any, unit: str = "") -> None:  # noqa: ARG001 (a flag has no unit)
+def flag(subject: str, value: Any) -> None:
     """Raise ParameterError unless a value is True or False."""
     if not isinstance(value, bool):
         raise ParameterError(subject, repr(value), "True or False")
@@ -122,7 +124,7 @@ def not_negative(subject: str, value: Any, unit: str = "") -> None:
         raise ParameterError(subject, repr(value), _with_unit("a number >= 0", unit))
 
 
-def probability(subject: str, value: Any, unit: str = "") -> None:  # noqa: ARG001 (it has none)
+def probability(subject: str, value: Any) -> None:
     """Raise ParameterError unless a value lies strictly between 0 and 1."""
     if not (is_number(value) and 0 < value < 1):
         percent = is_number(value) and 1 < value < 100
@@ -130,13 +132,13 @@ def probability(subject: str, value: Any, unit: str = "") -> None:  # noqa: ARG0
         raise ParameterError(subject, repr(value), "a number between 0 and 1", remedy)
 
 
-def counting(subject: str, value: Any, unit: str = "") -> None:  # noqa: ARG001 (a count has none)
+def counting(subject: str, value: Any) -> None:
     """Raise ParameterError unless a value is an integer >= 1."""
     if not (_is_integer(value) and value >= 1):
         raise ParameterError(subject, repr(value), "an integer >= 1")
 
 
-def natural(subject: str, value: Any, unit: str = "") -> int:  # noqa: ARG001 (it has none)
+def natural(subject: str, value: Any) -> int:
     """A seed or the number of a path as a plain integer.
 
     Raises:

@@ -1,14 +1,14 @@
 """Asymptotic adaptive command-filtered backstepping, as in [8] and [11] of the paper."""
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.control.compensation import (
     Compensation,
-    check_compensation,
     check_nominal,
     compensation_force,
 )
@@ -56,17 +56,15 @@ class CommandFilteredBackstepping:
         network: The basis functions.
     """
 
-    nominal: Dynamics
-    gains: Gains = field(default_factory=Gains)
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     filter: CommandFilter | str = "second-order"
     compensation: Compensation = "bias"
     network: RBFNetwork = field(default_factory=RBFNetwork)
 
     def __post_init__(self) -> None:
-        check_nominal("CommandFilteredBackstepping", self.nominal)
-        check_gains("CommandFilteredBackstepping", self.gains)
+        check_fields(self)
         object.__setattr__(self, "filter", command_filter(self.filter))
-        check_compensation(self.compensation)
 
     @property
     def _filter(self) -> CommandFilter:

@@ -1,27 +1,21 @@
 """What a law takes from the nominal arm beside its inertia."""
 
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 
 Compensation = Literal["none", "gravity", "bias"]
 
 
-def check_nominal(law: str, nominal: Any) -> None:
-    """Raise ParameterError unless a law was given an arm."""
+def check_nominal(subject: str, nominal: Any) -> None:
+    """Raise ParameterError unless a law's nominal arm is an arm."""
     if not hasattr(nominal, "mass_matrix"):
         got = f"a {type(nominal).__name__}"
-        raise ParameterError(f"{law} nominal", got, "an Arm, such as load_arm gives")
-
-
-def check_compensation(choice: Any) -> None:
-    """Raise UnknownNameError unless a choice is a `Compensation`."""
-    if choice not in get_args(Compensation):
-        raise UnknownNameError("compensation", str(choice), get_args(Compensation))
+        raise ParameterError(subject, got, "an Arm, such as load_arm gives")
 
 
 def compensation_force(

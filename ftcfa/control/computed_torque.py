@@ -1,9 +1,10 @@
 """Computed torque: the nominal dynamics inverted, PD on what is left."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
@@ -25,14 +26,12 @@ class ComputedTorque(MemorylessLaw):
         velocity_rate: a2 [1/s].
     """
 
-    nominal: Dynamics
-    position_rate: float = Gains().position_rate
-    velocity_rate: float = Gains().velocity_rate
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
+    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
 
     def __post_init__(self) -> None:
-        check_nominal("ComputedTorque", self.nominal)
-        for name in ("position_rate", "velocity_rate"):
-            positive(f"ComputedTorque {name}", getattr(self, name), "1/s")
+        check_fields(self)
 
     def step(
         self,

@@ -10,12 +10,12 @@ Levant's second-order differentiator, discretised without that bias, stand besid
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.fractional import sig
 from ftcfa.errors import UnknownNameError
 
@@ -96,12 +96,11 @@ class _LevantFilter(ABC):
         r2: Gain of the sign term, (6) [rad/s^3]; for |alpha''| <= L: r1 = 1.5 sqrt(L), r2 = 1.1 L.
     """
 
-    r1: float = 750.0
-    r2: float = 180.0
+    r1: Annotated[float, Check(positive, "rad^(1/2)/s")] = 750.0
+    r2: Annotated[float, Check(positive, "rad/s^3")] = 180.0
 
     def __post_init__(self) -> None:
-        for name in ("r1", "r2"):
-            positive(f"filter gain {name}", getattr(self, name))
+        check_fields(self)
 
     def init(self, alpha: Array) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
@@ -166,12 +165,11 @@ class SecondOrderFilter:
         zeta: Damping ratio.
     """
 
-    omega: float = 265.0
-    zeta: float = 1.0
+    omega: Annotated[float, Check(positive, "rad/s")] = 265.0
+    zeta: Annotated[float, Check(positive)] = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("omega", "zeta"):
-            positive(f"filter {name}", getattr(self, name))
+        check_fields(self)
 
     def init(self, alpha: Array) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
@@ -216,10 +214,10 @@ class ProperFilter:
         L: Bound of |alpha'''| [rad/s^4].
     """
 
-    L: float = 1e6
+    L: Annotated[float, Check(positive, "rad/s^4")] = 1e6
 
     def __post_init__(self) -> None:
-        positive("filter bound L", self.L)
+        check_fields(self)
 
     def init(self, alpha: Array) -> ProperState:
         """psi1(0) = alpha(0), all else zero."""
@@ -272,7 +270,7 @@ def command_filter(choice: "str | CommandFilter") -> CommandFilter:
     if not isinstance(choice, str):
         return choice
     if choice not in FILTERS:
-        raise UnknownNameError("filter", choice, list(FILTERS))
+        raise UnknownNameError("filter", choice, FILTERS, field="filter")
     return FILTERS[choice]()
 
 

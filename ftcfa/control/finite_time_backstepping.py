@@ -1,21 +1,20 @@
 """Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
 
 from dataclasses import dataclass, field
-from numbers import Real
+from typing import Annotated
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields, not_negative
 from ftcfa.control.compensation import (
     Compensation,
-    check_compensation,
     check_nominal,
     compensation_force,
 )
 from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.ftcf import Gains, check_gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
-from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 
 
@@ -47,19 +46,13 @@ class FiniteTimeBackstepping(MemorylessLaw):
         compensation: What is added to u, as in `FTCF`.
     """
 
-    nominal: Dynamics
-    gains: Gains = field(default_factory=Gains)
-    width: float = 0.0
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
+    width: Annotated[float, Check(not_negative, "rad")] = 0.0
     compensation: Compensation = "bias"
 
     def __post_init__(self) -> None:
-        check_nominal("FiniteTimeBackstepping", self.nominal)
-        check_gains("FiniteTimeBackstepping", self.gains)
-        check_compensation(self.compensation)
-        number = isinstance(self.width, Real) and not isinstance(self.width, bool)
-        if not (number and np.isfinite(self.width) and self.width >= 0):
-            subject = "FiniteTimeBackstepping width"
-            raise ParameterError(subject, repr(self.width), "a number >= 0 [rad]")
+        check_fields(self)
 
     def step(
         self,

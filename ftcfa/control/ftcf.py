@@ -1,15 +1,14 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Array, solve_spd
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, flag, is_number, positive
 from ftcfa.control.compensation import (
     Compensation,
-    check_compensation,
     check_nominal,
     compensation_force,
 )
@@ -19,6 +18,12 @@ from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
+
+
+def check_power(subject: str, value: Any) -> None:
+    """Raise ParameterError unless a fractional power is admissible."""
+    if not (is_number(value) and 0 < value <= 1):
+        raise ParameterError(subject, repr(value), "0 < kappa <= 1")
 
 
 @dataclass(frozen=True)
@@ -36,20 +41,17 @@ class Gains:
         tau: Weight of the network term, (8), (9).
     """
 
-    c1: float = 7.5
-    c2: float = 25.0
-    k1: float = 2.0
-    k2: float = 1.0 / 3.0
-    kappa: float = 0.6
-    iota: float = 100.0
-    lambda_: float = 1.0
-    tau: float = 1.0
+    c1: Annotated[float, Check(positive, "rad^(1-kappa)/s")] = 7.5
+    c2: Annotated[float, Check(positive, "(rad/s)^(1-kappa)/s")] = 25.0
+    k1: Annotated[float, Check(positive, "1/s")] = 2.0
+    k2: Annotated[float, Check(positive, "1/s")] = 1.0 / 3.0
+    kappa: Annotated[float, Check(check_power)] = 0.6
+    iota: Annotated[float, Check(positive, "1/s")] = 100.0
+    lambda_: Annotated[float, Check(positive)] = 1.0
+    tau: Annotated[float, Check(positive)] = 1.0
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            positive(f"gain {name}", value)
-        if self.kappa > 1:
-            raise ParameterError("gain kappa", repr(self.kappa), "0 < kappa <= 1")
+        check_fields(self)
 
     @property
     def position_rate(self) -> float:
@@ -66,10 +68,10 @@ class Gains:
         return self.c2 + 0.75 * self.k2 + 1.25
 
 
-def check_gains(law: str, gains: Any) -> None:
-    """Raise ParameterError unless a law was given `Gains`."""
+def check_gains(subject: str, gains: Any) -> None:
+    """Raise ParameterError unless the gains of a law are `Gains`."""
     if not isinstance(gains, Gains):
-        raise ParameterError(f"{law} gains", repr(gains), "Gains(...)")
+        raise ParameterError(subject, repr(gains), "Gains(...)")
 
 
 class FTCFState(NamedTuple):
@@ -128,24 +130,18 @@ class FTCF:
         adaptation: Whether theta moves, (9); without, it stays zero and the network is silent.
     """
 
-    nominal: Dynamics
-    gains: Gains = field(default_factory=Gains)
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     filter: CommandFilter | str = "implicit"
     compensation: Compensation = "none"
     network: RBFNetwork = field(default_factory=RBFNetwork)
-    error_compensation: bool = True
-    anti_saturation: bool = True
-    adaptation: bool = True
+    error_compensation: Annotated[bool, Check(flag)] = True
+    anti_saturation: Annotated[bool, Check(flag)] = True
+    adaptation: Annotated[bool, Check(flag)] = True
 
     def __post_init__(self) -> None:
-        check_nominal("FTCF", self.nominal)
-        check_gains("FTCF", self.gains)
+        check_fields(self)
         object.__setattr__(self, "filter", command_filter(self.filter))
-        check_compensation(self.compensation)
-        for name in ("error_compensation", "anti_saturation", "adaptation"):
-            value = getattr(self, name)
-            if not isinstance(value, bool):
-                raise ParameterError(f"FTCF {name}", repr(value), "True or False")
 
     @property
     def _filter(self) -> CommandFilter:

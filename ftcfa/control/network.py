@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, positive
+from ftcfa.checks import Check, check_fields, counting, positive
 
 
 @dataclass(frozen=True)
@@ -21,14 +22,12 @@ class RBFNetwork:
         half_range: r, half the side of the box of centres [rad and rad/s].
     """
 
-    nodes: int = 10
-    width: float = 4.0
-    half_range: float = 2.0
+    nodes: Annotated[int, Check(counting)] = 10
+    width: Annotated[float, Check(positive)] = 4.0
+    half_range: Annotated[float, Check(positive)] = 2.0
 
     def __post_init__(self) -> None:
-        counting("RBFNetwork nodes", self.nodes)
-        for name in ("width", "half_range"):
-            positive(f"RBFNetwork {name}", getattr(self, name))
+        check_fields(self)
 
     def basis(self, q: Array, v: Array) -> Array:
         """B(X), shape (K,)."""

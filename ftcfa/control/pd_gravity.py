@@ -1,11 +1,12 @@
 """PD control with gravity compensation: what a robot runs when nobody models it."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
@@ -26,14 +27,12 @@ class PDGravity(MemorylessLaw):
         velocity_rate: a2 [1/s].
     """
 
-    nominal: Dynamics
-    position_rate: float = Gains().position_rate
-    velocity_rate: float = Gains().velocity_rate
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
+    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
 
     def __post_init__(self) -> None:
-        check_nominal("PDGravity", self.nominal)
-        for name in ("position_rate", "velocity_rate"):
-            positive(f"PDGravity {name}", getattr(self, name), "1/s")
+        check_fields(self)
 
     def step(
         self,

@@ -1,12 +1,12 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, cast
+from typing import Annotated, Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Signals
@@ -32,6 +32,13 @@ class LinearInParameters(Dynamics, Protocol):
     def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
         """See `Arm.regressor`."""
         ...
+
+
+def check_linear(subject: str, nominal: Any) -> None:
+    """Raise ParameterError unless the nominal arm has a regressor."""
+    if not hasattr(nominal, "regressor"):
+        got = f"a {type(nominal).__name__}"
+        raise ParameterError(subject, got, "an Arm, such as load_arm gives")
 
 
 class SlotineLiState(NamedTuple):
@@ -69,18 +76,14 @@ class SlotineLi:
         leakage: sigma [1/s].
     """
 
-    nominal: Dynamics
-    position_rate: float = Gains().position_rate
-    velocity_rate: float = Gains().velocity_rate
-    adaptation_rate: float = Gains().position_rate / 10.0
-    leakage: float = Gains().position_rate / 100.0
+    nominal: Annotated[Dynamics, Check(check_linear)]
+    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
+    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
+    adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0
+    leakage: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 100.0
 
     def __post_init__(self) -> None:
-        if not hasattr(self.nominal, "regressor"):
-            got = f"a {type(self.nominal).__name__}"
-            raise ParameterError("SlotineLi nominal", got, "an Arm, such as load_arm gives")
-        for name in ("position_rate", "velocity_rate", "adaptation_rate", "leakage"):
-            positive(f"SlotineLi {name}", getattr(self, name), "1/s")
+        check_fields(self)
 
     @property
     def _arm(self) -> LinearInParameters:

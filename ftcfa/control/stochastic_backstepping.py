@@ -1,11 +1,12 @@
 """Backstepping for manipulators under random vibration, as in [9] and [10] of the paper."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.control.compensation import (
     Compensation,
-    check_compensation,
     check_nominal,
     compensation_force,
 )
@@ -37,14 +38,12 @@ class StochasticBackstepping(MemorylessLaw):
         compensation: What is added to u, as in `FTCF`.
     """
 
-    nominal: Dynamics
-    gains: Gains = field(default_factory=Gains)
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     compensation: Compensation = "bias"
 
     def __post_init__(self) -> None:
-        check_nominal("StochasticBackstepping", self.nominal)
-        check_gains("StochasticBackstepping", self.gains)
-        check_compensation(self.compensation)
+        check_fields(self)
 
     def step(
         self,

@@ -1,12 +1,12 @@
 """Super-twisting sliding-mode control, discretised so that it does not chatter."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.ftcf import Gains
@@ -50,15 +50,13 @@ class SuperTwisting:
         r2: Gain of the sign term [rad/s^3].
     """
 
-    nominal: Dynamics
-    position_rate: float = Gains().position_rate
-    r1: float = Gains().velocity_rate
-    r2: float = 1.1 * (Gains().velocity_rate / 1.5) ** 2
+    nominal: Annotated[Dynamics, Check(check_nominal)]
+    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
+    r1: Annotated[float, Check(positive)] = Gains().velocity_rate
+    r2: Annotated[float, Check(positive)] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
 
     def __post_init__(self) -> None:
-        check_nominal("SuperTwisting", self.nominal)
-        for name in ("position_rate", "r1", "r2"):
-            positive(f"SuperTwisting {name}", getattr(self, name))
+        check_fields(self)
 
     def init(self, q: Array, v: Array, desired: Desired) -> SuperTwistingState:  # noqa: ARG002
         """nu(0) = 0."""

@@ -5,7 +5,7 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import NoneType
-from typing import Any, get_args
+from typing import Annotated, Any, get_args, get_origin
 
 import numpy as np
 
@@ -55,7 +55,8 @@ def _fields(part: Any, largest: int | None) -> dict[str, Any]:
     for field in dataclasses.fields(part):
         value = getattr(part, field.name)
         told[field.name] = describe(value, largest)
-        allowed = [t for t in get_args(field.type) or (field.type,) if t is not NoneType]
+        hint = get_args(field.type)[0] if get_origin(field.type) is Annotated else field.type
+        allowed = [t for t in get_args(hint) or (hint,) if t is not NoneType]
         if dataclasses.is_dataclass(value) and allowed == [type(value)]:
             del told[field.name]["type"]  # it is obvious
     return told

@@ -275,5 +275,5 @@ def test_an_unknown_filter_lists_the_known_ones():
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "750", None, True])
 def test_bad_gains_are_refused(chosen, name, value):
-    with pytest.raises(ParameterError, match=rf"filter .*{name}: .*, expected a number > 0"):
+    with pytest.raises(ParameterError, match=rf"Filter {name}: .*, expected a number > 0"):
         chosen(**{name: value})

@@ -307,12 +307,14 @@ def test_a_silent_network_leaves_the_adaptation_out():
 @pytest.mark.parametrize("name", ["c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, "2", None, True])
 def test_bad_gains_are_refused(name, value):
-    with pytest.raises(ParameterError, match=rf"gain {name}: .*, expected a number > 0"):
+    expected = "0 < kappa <= 1" if name == "kappa" else "a number > 0"
+    with pytest.raises(ParameterError, match=rf"Gains {name}: .*, expected {expected}") as caught:
         Gains(**{name: value})
+    assert caught.value.field == name
 
 
 def test_kappa_above_one_is_refused():
-    with pytest.raises(ParameterError, match=r"gain kappa: 1\.1, expected 0 < kappa <= 1"):
+    with pytest.raises(ParameterError, match=r"Gains kappa: 1\.1, expected 0 < kappa <= 1"):
         Gains(kappa=1.1)
 
 

@@ -380,10 +380,10 @@ def test_values_that_are_no_numbers_are_refused(loop, engine):
 @pytest.mark.parametrize(
     ("name", "values", "expected"),
     [
-        ("controller__gains__c1", [1.0, -0.5, 2.0], "gain c1: -0.5, expected a number > 0"),
-        ("controller__gains__c1", [1.0, 0.0, 2.0], "gain c1: 0.0, expected a number > 0"),
-        ("controller__gains__kappa", [0.5, 1.5, 0.7], "gain kappa: 1.5, expected 0 < kappa <= 1"),
-        ("controller__filter__r2", [1.0, -3.0, 2.0], "filter gain r2: -3.0"),
+        ("controller__gains__c1", [1.0, -0.5, 2.0], "Gains c1: -0.5, expected a number > 0"),
+        ("controller__gains__c1", [1.0, 0.0, 2.0], "Gains c1: 0.0, expected a number > 0"),
+        ("controller__gains__kappa", [0.5, 1.5, 0.7], "Gains kappa: 1.5, expected 0 < kappa <= 1"),
+        ("controller__filter__r2", [1.0, -3.0, 2.0], "ImplicitFilter r2: -3.0"),
         ("controller__network__nodes", [3.0, 4.0, 5.0], "nodes: 3.0, expected an integer >= 1"),
     ],
 )
