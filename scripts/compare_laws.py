@@ -46,7 +46,7 @@ def panda():
     return ClosedLoop(
         arm,
         FTCF(arm, compensation="bias"),
-        Sinusoid(amplitude=0.3, frequency=1.0, offset=arm.home),
+        Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home),
         Vibration(BaseAcceleration("xyz"), ShapedNoise(TRUCK)),
         substeps=4,
         uncertainty=Uncertainty(mass=0.2, centre=0.01, shape=0.1),

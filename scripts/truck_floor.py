@@ -94,7 +94,7 @@ def closed_loop(case: Case, lines: int) -> ClosedLoop:
         reference, start = REFERENCE, {"q0": Q0, "v0": V0}
     else:
         arm, start = load_arm("panda"), {}
-        reference = Sinusoid(amplitude=0.3, frequency=1.0, offset=arm.home)
+        reference = Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home)
     return ClosedLoop(
         arm,
         FTCF(arm, compensation=case.compensation),

@@ -304,7 +304,7 @@ type = "FTCF"
 [reference]
 type = "Sinusoid"
 amplitude = [1.5, 1.0]
-frequency = [1.0, 2.0]
+angular_frequency = [1.0, 2.0]
 
 [vibration]
 input = { type = "BaseAcceleration", axes = "xz" }

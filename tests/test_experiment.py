@@ -637,7 +637,7 @@ BROKEN = {
         "amplitude = 0.2", "zoom = 0.2",
         [
             "e.toml: [reference] zoom: unknown key, expected one of: "
-            "amplitude, frequency, phase, offset"
+            "amplitude, angular_frequency, phase, offset"
         ],
     ),
     "key of the top in a table": (

@@ -7,7 +7,7 @@ more than a place in `PARTS`, and one that another part's hint names outright no
 import inspect
 import types
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import is_dataclass
+from dataclasses import InitVar, is_dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
@@ -122,6 +122,7 @@ def parameters(call: Callable[..., Any]) -> dict[str, Parameter]:
     return {
         name: Parameter(hints[name], given.default is not given.empty)
         for name, given in inspect.signature(call).parameters.items()
+        if not isinstance(hints[name], InitVar)
     }
 
 

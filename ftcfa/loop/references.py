@@ -1,15 +1,16 @@
 """References: desired motions q_d(t) with their first and second derivatives."""
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields, numbers
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 
@@ -27,20 +28,18 @@ class Reference(Protocol):
         ...
 
 
-def _row(subject: str, values: npt.ArrayLike, n: int | None = None) -> Array:
-    row = np.atleast_1d(_numbers(subject, values))
-    fits = row.ndim == 1 and row.size > 0 and (n is None or row.size in (1, n))
-    if not fits or not np.all(np.isfinite(row)):
-        expected = "finite numbers, one a joint" if n is None else f"1 or {n} finite numbers"
+def joint_values(subject: str, values: npt.ArrayLike, unit: str = "") -> Array:
+    """A number for each joint, shape (n,); a single number gives n = 1.
+
+    Raises:
+        ParameterError: If an entry is no number.
+        ShapeError: If there is none, one is not finite, or there is more than one dimension.
+    """
+    row = np.atleast_1d(numbers(subject, values))
+    if row.ndim != 1 or row.size == 0 or not np.all(np.isfinite(row)):
+        expected = f"finite numbers, one for each joint [{unit}]"
         raise ShapeError(subject, f"{row.tolist()}", expected)
-    return row if n is None else np.broadcast_to(row, (n,)).copy()
-
-
-def _numbers(subject: str, values: npt.ArrayLike) -> Array:
-    try:
-        return np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(subject, repr(values), "numbers") from error
+    return row
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,10 +50,11 @@ class Constant:
         q: Shape (n,) [rad or m].
     """
 
-    q: npt.ArrayLike
+    q: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "q", _row("Constant q", self.q))
+        check_fields(self)
+        object.__setattr__(self, "q", joint_values("Constant q", self.q))
 
     @property
     def n(self) -> int:
@@ -69,27 +69,47 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class Sinusoid:
-    """q_d(t) = offset + amplitude sin(frequency t + phase), joint by joint.
+    """A sinusoid in each joint.
 
-    The longest parameter gives n; shorter ones hold for every joint.
+        q_d(t) = offset + amplitude sin(angular_frequency t + phase)
+
+    Each parameter is one number for all joints, or a number for each.
 
     Attributes:
         amplitude: [rad or m].
-        frequency: Angular frequency [rad/s].
+        angular_frequency: [rad/s].
         phase: [rad].
         offset: [rad or m], such as ``arm.home``.
+
+    Raises:
+        ParameterError: If a parameter is no number, or ``frequency`` is given.
+        ShapeError: If two parameters have different numbers of joints.
     """
 
-    amplitude: npt.ArrayLike = 0.3
-    frequency: npt.ArrayLike = 1.0
-    phase: npt.ArrayLike = 0.0
-    offset: npt.ArrayLike = 0.0
+    amplitude: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")] = 0.3
+    angular_frequency: Annotated[npt.ArrayLike, Check(joint_values, "rad/s")] = 1.0
+    phase: Annotated[npt.ArrayLike, Check(joint_values, "rad")] = 0.0
+    offset: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")] = 0.0
+    frequency: InitVar[None] = field(default=None, kw_only=True)  # refused: it could mean Hz
 
-    def __post_init__(self) -> None:
-        names = ("amplitude", "frequency", "phase", "offset")
-        n = max(_row(f"Sinusoid {name}", getattr(self, name)).size for name in names)
-        for name in names:
-            object.__setattr__(self, name, _row(f"Sinusoid {name}", getattr(self, name), n))
+    def __post_init__(self, frequency: None) -> None:
+        if frequency is not None:
+            raise ParameterError(
+                "Sinusoid frequency",
+                repr(frequency),
+                "angular_frequency [rad/s]",
+                "multiply a frequency in Hz by 2 pi",
+                field="frequency",
+            )
+        check_fields(self)
+        names = ("amplitude", "angular_frequency", "phase", "offset")
+        rows = {name: joint_values(f"Sinusoid {name}", getattr(self, name)) for name in names}
+        n = max(row.size for row in rows.values())
+        for name, row in rows.items():
+            if row.size not in (1, n):
+                expected = f"1 or {n} finite numbers"
+                raise ShapeError(f"Sinusoid {name}", f"{row.tolist()}", expected, field=name)
+            object.__setattr__(self, name, np.broadcast_to(row, (n,)).copy())
 
     @property
     def n(self) -> int:
@@ -98,7 +118,7 @@ class Sinusoid:
 
     def at(self, t: Array) -> Desired:
         """See `Reference.at`."""
-        A, w = np.asarray(self.amplitude), np.asarray(self.frequency)
+        A, w = np.asarray(self.amplitude), np.asarray(self.angular_frequency)
         angle = np.outer(t, w) + self.phase
         q = np.asarray(self.offset) + A * np.sin(angle)
         return Desired(q, A * w * np.cos(angle), -A * w**2 * np.sin(angle))
@@ -106,7 +126,7 @@ class Sinusoid:
 
 @dataclass(frozen=True, eq=False)
 class _Tabulated:
-    """What references over a table of postures share: the table, checked."""
+    """Postures at given times, checked: the base of `MinimumJerk` and `Table`."""
 
     times: npt.ArrayLike
     points: npt.ArrayLike
@@ -124,15 +144,15 @@ class _Tabulated:
 
 @dataclass(frozen=True, eq=False)
 class MinimumJerk(_Tabulated):
-    """Way-points joined by minimum-jerk moves, at rest at each (Flash and Hogan 1985).
+    """Way-points joined by minimum-jerk moves, at rest at each of them (Flash and Hogan 1985).
 
         q_d = p_i + (p_{i+1} - p_i) (10 s^3 - 15 s^4 + 6 s^5),   s = (t - t_i)/(t_{i+1} - t_i)
 
-    Before the first and after the last time the end postures are held.
+    The first posture is held before the first time, the last posture after the last time.
 
     Attributes:
-        times: Increasing, shape (P,) [s].
-        points: Shape (P, n) [rad or m].
+        times: Rising times, shape (P,) [s].
+        points: Posture at each time, shape (P, n) [rad or m].
     """
 
     def at(self, t: Array) -> Desired:
@@ -153,18 +173,19 @@ class MinimumJerk(_Tabulated):
 class Table(_Tabulated):
     """A recorded or planned motion (t, q), joined by a twice differentiable cubic spline.
 
-    The spline starts and ends at rest; before and after, the end postures are held.
+    The spline starts and ends at rest. The first posture is held before it, the last after it.
 
     Attributes:
-        times: Increasing, shape (P,) [s].
-        points: Shape (P, n) [rad or m].
+        times: Rising times, shape (P,) [s].
+        points: Posture at each time, shape (P, n) [rad or m].
     """
 
     @classmethod
     def from_file(cls, file: str | Path) -> "Table":
-        """Read a CSV file: a column of times [s], then one a joint [rad or m]; `#` comments.
+        """Read a CSV file: a column of times [s], then one for each joint [rad or m].
 
-        A first line of column names, known by a first word that is no number, is skipped.
+        Comments begin with ``#``. A first line of column names, whose first word is no number, is
+        skipped.
 
         Raises:
             ParameterError: If the file cannot be read or is not such a table.
@@ -176,7 +197,9 @@ class Table(_Tabulated):
             table = np.array([row.split("#")[0].split(",") for row in rows[header:]], dtype=float)
         except (OSError, ValueError) as error:
             raise ParameterError(
-                str(file), f"unreadable ({error})", "a CSV table: time, then one column a joint"
+                str(file),
+                f"unreadable ({error})",
+                "a CSV table: time, then one column for each joint",
             ) from error
         if table.ndim != 2 or min(table.shape) < 2:
             raise ParameterError(str(file), f"shape {table.shape}", "two rows and columns or more")
@@ -199,8 +222,8 @@ class Table(_Tabulated):
 
 
 def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[Array, Array]:
-    """Times (P,) and points (P, n), checked."""
-    t, q = _numbers(f"{subject} times", times), _numbers(f"{subject} points", points)
+    """Checked times, shape (P,), and points, shape (P, n)."""
+    t, q = numbers(f"{subject} times", times), numbers(f"{subject} points", points)
     if t.ndim != 1 or q.ndim != 2 or len(t) != len(q) or len(t) < 2:
         raise ShapeError(subject, f"times {t.shape}, points {q.shape}", "(P,) and (P, n), P >= 2")
     finite = np.isfinite(t) & np.all(np.isfinite(q), axis=1)

@@ -27,7 +27,7 @@ BAND = 0.05
 """A path has settled once its overall tracking error stays below this [rad]."""
 GRAVITY = 9.8
 INTENSITY = 0.1
-REFERENCE = Sinusoid(amplitude=(1.5, 1.0), frequency=(1.0, 2.0))
+REFERENCE = Sinusoid(amplitude=(1.5, 1.0), angular_frequency=(1.0, 2.0))
 Q0 = (-0.1, 0.25)
 V0 = (-0.3, 0.45)
 RECORDED = ("u_command", "alpha", "abar")

@@ -233,7 +233,7 @@ def test_a_description_is_plain_data():
     assert told["controller"]["gains"]["c2"] == 25.0
     assert told["controller"]["filter"] == {"type": "ImplicitFilter", "r1": 750.0, "r2": 180.0}
     assert told["controller"]["nominal"]["m"] == [0.6, 0.8]
-    assert told["reference"]["frequency"] == [1.0, 2.0]
+    assert told["reference"]["angular_frequency"] == [1.0, 2.0]
     assert told["vibration"]["input"] == {"type": "BaseAcceleration", "axes": "xz"}
     assert told["vibration"]["excitation"]["intensity"] == [[0.1, 0.0], [0.0, 0.2]]
 

@@ -50,9 +50,9 @@ def test_sinusoid_is_its_formula_joint_by_joint():
     np.testing.assert_allclose(desired.q, expected, rtol=0, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("longest", ["amplitude", "frequency", "phase", "offset"])
+@pytest.mark.parametrize("longest", ["amplitude", "angular_frequency", "phase", "offset"])
 def test_the_longest_parameter_of_a_sinusoid_gives_the_joints(longest):
-    values = {"amplitude": 0.3, "frequency": 2.0, "phase": 0.1, "offset": -0.5}
+    values = {"amplitude": 0.3, "angular_frequency": 2.0, "phase": 0.1, "offset": -0.5}
     given_by = Sinusoid(**{**values, longest: [values[longest]] * 3})
     assert given_by.n == 3
     t = np.linspace(0.0, 1.0, 5)
@@ -62,13 +62,23 @@ def test_the_longest_parameter_of_a_sinusoid_gives_the_joints(longest):
 
 
 def test_parameters_of_two_lengths_are_refused():
-    with pytest.raises(ShapeError, match=r"Sinusoid frequency: .*, expected 1 or 3 finite numbers"):
+    message = r"Sinusoid angular_frequency: .*, expected 1 or 3 finite numbers"
+    with pytest.raises(ShapeError, match=message):
         Sinusoid([0.1, 0.2, 0.3], [1.0, 2.0])
+
+
+def test_a_frequency_of_a_sinusoid_is_refused_with_the_name_of_the_angular_frequency():
+    with pytest.raises(ParameterError) as refused:
+        Sinusoid(amplitude=0.3, frequency=1.0)
+    assert str(refused.value) == (
+        "Sinusoid frequency: 1.0, expected angular_frequency [rad/s]; multiply a "
+        "frequency in Hz by 2 pi"
+    )
 
 
 @pytest.mark.parametrize("bad", [[], [[0.1, 0.2]], np.nan, [0.1, np.inf]])
 def test_what_is_no_row_of_numbers_is_refused(bad):
-    with pytest.raises(ShapeError, match=r"Constant q: .* finite numbers, one a joint"):
+    with pytest.raises(ShapeError, match=r"Constant q: .* finite numbers, one for each joint"):
         Constant(bad)
     with pytest.raises(ShapeError, match="Sinusoid offset"):
         Sinusoid(offset=bad)

@@ -207,7 +207,11 @@ def test_an_empty_folder_will_do(finished, tmp_path):
 @pytest.mark.parametrize(
     ("change", "options", "differ"),
     [
-        ({"reference": Sinusoid((1.5, 1.0), (1.0, 3.0))}, {}, r"loop\.reference\.frequency"),
+        (
+            {"reference": Sinusoid((1.5, 1.0), (1.0, 3.0))},
+            {},
+            r"loop\.reference\.angular_frequency",
+        ),
         ({"period": 2e-3}, {}, r"loop\.period"),
         ({}, {"seed": 1}, r"plan\.seed"),
         ({}, {"chunk": 50}, r"plan\.chunk"),
