@@ -26,7 +26,6 @@ from .model.arm import Arm
 from .model.pendulum import PaperPendulum
 from .model.uncertainty import Uncertainty
 from .model.urdf.load import load_arm
-from .parts import number_fields
 from .study.comparison import compare
 from .study.ensemble import ensemble
 from .study.realised_spectrum import (
@@ -38,8 +37,9 @@ from .study.realised_spectrum import (
 from .study.summary import replay, settled_in_mean_square, settling
 from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
+from .theory.bounds import bounds
 from .theory.inertia_split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
-from .theory.theorem1 import Bounds, bounds
+from .theory.theorem1 import Bounds
 from .vibration.excitation import Superposition
 from .vibration.excitations.harmonic import Harmonic
 from .vibration.excitations.random_phase import RandomPhase
@@ -144,7 +144,6 @@ __all__ = [
     "inertia_split",
     "load_arm",
     "load_experiment",
-    "number_fields",
     "read_record",
     "read_table",
     "realise",

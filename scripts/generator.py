@@ -18,12 +18,13 @@ from rich.console import Console
 
 from ftcfa import ClosedLoop, bounds
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.bounds_figure import bounds_figure
+from ftcfa.report.bounds import generator_figure
 from ftcfa.report.figures import rendered
 from ftcfa.report.terminal import plain_table, print_fitted
 from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
-from ftcfa.theory.premises import LINK_EPS, Followed, follow, hanging_link, hanging_pendulum
+from ftcfa.theory.demonstrations import LINK_EPS, PI1, hanging_link, hanging_pendulum
+from ftcfa.theory.premises import TheoremPaths, theorem_paths
 
 PATHS, QUICK_PATHS = 128, 8
 DURATION, QUICK_DURATION = 5.0, 0.3
@@ -31,8 +32,6 @@ DURATION, QUICK_DURATION = 5.0, 0.3
 ENTRIES, QUICK_ENTRIES = 2000, 16
 ENTERING = 0.25
 """Of the other loops' paths [s]."""
-PI1 = 1e-3
-"""Filter error that the other loops are given; theirs stays below 1e-4 [rad/s]."""
 
 
 def main() -> None:
@@ -46,7 +45,7 @@ def main() -> None:
     make_folder(given.out)
     paths, duration = (QUICK_PATHS, QUICK_DURATION) if given.quick else (PATHS, DURATION)
     loop = closed_loop(FINITE_TIME)
-    study = follow(loop, bounds(loop), paths, duration)
+    study = theorem_paths(loop, bounds(loop), paths, duration)
     entries = QUICK_ENTRIES if given.quick else ENTRIES
     link = entering(hanging_link(), LINK_EPS, entries)
     pendulum = entering(hanging_pendulum(), 0.0, entries)
@@ -57,31 +56,31 @@ def main() -> None:
         "The same paths: tracking error against the promise",
         f"A hanging link, {entries} paths: first entry into {{V ≤ Vinf}}",
     ]
-    figure = bounds_figure(study, link, "Theorem 1 against simulated paths", notes)
+    figure = generator_figure(study, link, "Theorem 1 against simulated paths", notes)
     write_whole(given.out / "generator.png", rendered(figure)["png"])
 
 
-def entering(loop: ClosedLoop, eps: float, paths: int) -> Followed:
+def entering(loop: ClosedLoop, eps: float, paths: int) -> TheoremPaths:
     """Paths of a loop until all have entered."""
-    return follow(loop, bounds(loop, eps=eps, pi1=PI1), paths, ENTERING)
+    return theorem_paths(loop, bounds(loop, eps=eps, pi1=PI1), paths, ENTERING)
 
 
-def print_study(study: Followed) -> None:
+def print_study(study: TheoremPaths) -> None:
     """Whether (30) holds in the mean, and how far the promise is from what happens."""
     promised, needed = study.bounds, study.needed_Gamma.mean
     late = needed[study.time >= study.time[-1] / 2]
-    rms = np.sqrt(np.mean(study.late**2))
+    rms = np.sqrt(np.mean(study.late_error**2))
     print(f"The paper's study, {len(study.z1)} paths of {study.time[-1]:g} s")
     print(
         f"- E[LV] <= -Delta E[V^p] + Gamma with Gamma = {promised.Gamma:.4g}; the paths ask for\n"
         f"  {needed.max():.4g} at most, and {late.max():.2g} in the last half.\n"
         f"- rms |z1| is {rms:.4f} rad in the last half; promised: {promised.ultimate_error:.3g}.\n"
         f"- phihat, unbounded by theta = 0, would need eps = {study.missing_eps.max():.4g}, "
-        f"or theta = {study.along.needed_theta.max():.3g}.\n"
+        f"or theta = {study.values.needed_theta.max():.3g}.\n"
     )
 
 
-def print_entries(rows: dict[str, Followed]) -> None:
+def print_entries(rows: dict[str, TheoremPaths]) -> None:
     """The first entry, its bound and its premises, a row a loop."""
     table = plain_table()
     headers = ("loop", "|z1| <=\nrad", "V0/Vinf", "E[entry] <=\ns", "measured\ns", "premises\nhold")

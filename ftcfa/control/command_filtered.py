@@ -13,7 +13,7 @@ from ftcfa.control.compensation import (
     compensation_force,
 )
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
-from ftcfa.control.ftcf import Gains, check_gains
+from ftcfa.control.ftcf import Gains, adaptation_rate, check_gains, network_acceleration
 from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.model.dynamics import Dynamics
@@ -90,15 +90,14 @@ class CommandFilteredBackstepping:
         B = self.network.basis(q, v)
         BB = B @ B
 
-        a = dabar - g.velocity_rate * z2 - theta * z2 * BB / (4.0 * g.tau)
+        a = dabar - g.velocity_rate * z2 - network_acceleration(g, z2, theta, BB)
         force = compensation_force(self.nominal, self.compensation, q, v, abar)
         u = self.nominal.mass_matrix(q) @ a + force
 
-        learning = g.lambda_ / (4.0 * g.tau) * (z2 @ z2) ** 2 * BB
         new = CommandFilteredState(
             filter=filter_state,
             s1=leaky_step(state.s1, g.position_rate, abar - alpha, period),
-            theta=leaky_step(theta, g.iota, learning, period),
+            theta=leaky_step(theta, g.iota, adaptation_rate(g, z2, BB), period),
         )
         signals = {
             "u": u,

@@ -1,7 +1,7 @@
 """Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.ftcf import Gains, check_gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +51,6 @@ class FiniteTimeBackstepping(MemorylessLaw):
     width: Annotated[float, Check(not_negative, "rad")] = 0.0
     compensation: Compensation = "bias"
 
-    varies: ClassVar[Parameters] = number_fields("width")
-
     def __post_init__(self) -> None:
         check_fields(self)
 
@@ -66,13 +63,13 @@ class FiniteTimeBackstepping(MemorylessLaw):
         period: float,  # noqa: ARG002
     ) -> tuple[Signals, Memoryless]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
-        g, linear = self.gains, 0.75 * (1.0 + self.gains.k1)
+        g, linear = self.gains, self.gains.linear_position_rate
         z1 = q - desired.q
         beta, slope = joined_power(z1, g.kappa, self.width)
         alpha = -g.c1 * beta - linear * z1 + desired.v
         dalpha = -(g.c1 * slope + linear) * (v - desired.v) + desired.a
         z2 = v - alpha
-        a = dalpha - g.c2 * sig(z2, g.kappa) - (0.75 * g.k2 + 1.25) * z2
+        a = dalpha - g.c2 * sig(z2, g.kappa) - g.linear_velocity_rate * z2
         force = compensation_force(self.nominal, self.compensation, q, v, alpha)
         u = self.nominal.mass_matrix(q) @ a + force
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state

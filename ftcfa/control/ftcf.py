@@ -1,7 +1,7 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
 
 
 def check_power(subject: str, value: Any) -> None:
@@ -51,21 +50,27 @@ class Gains:
     lambda_: Annotated[float, Check(positive)] = 1.0
     tau: Annotated[float, Check(positive)] = 1.0
 
-    varies: ClassVar[Parameters] = number_fields(
-        "c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"
-    )
-
     def __post_init__(self) -> None:
         check_fields(self)
+
+    @property
+    def linear_position_rate(self) -> float:
+        """Rate of the linear term of (7), 3/4 (1 + k1) [1/s]."""
+        return 0.75 * (1.0 + self.k1)
+
+    @property
+    def linear_velocity_rate(self) -> float:
+        """Rate of the linear term of (8), 3/4 k2 + 5/4 [1/s]."""
+        return 0.75 * self.k2 + 1.25
 
     @property
     def position_rate(self) -> float:
         """Rate at which the asymptotic law steers a position error down, c1 + 3/4 (1 + k1) [1/s].
 
         By it, and by `velocity_rate`, the defaults of all laws are chosen: see
-        `ftcfa.control.rivals`.
+        `ftcfa.control.laws`.
         """
-        return self.c1 + 0.75 * (1.0 + self.k1)
+        return self.c1 + self.linear_position_rate
 
     @property
     def velocity_rate(self) -> float:
@@ -108,7 +113,50 @@ def virtual_control(gains: Gains, v1: Array, dq_d: Array, rho: Array) -> Array:
     Returns:
         alpha, shape (n,) [rad/s].
     """
-    return -gains.c1 * sig(v1, gains.kappa) - 0.75 * (1.0 + gains.k1) * v1 + dq_d - rho
+    return -gains.c1 * sig(v1, gains.kappa) - gains.linear_position_rate * v1 + dq_d - rho
+
+
+def commanded_acceleration(gains: Gains, v2: Array, theta: Array, BB: Array, rho: Array) -> Array:
+    """Acceleration that the controller commands of the nominal arm, Mbar^-1 u.
+
+        a = -c2 sig(v2, kappa) - (3/4 k2 + 5/4) v2 - theta v2 (B^T B)/(4 tau) - rho      (8)
+
+    Args:
+        gains: c2, k2, kappa and tau.
+        v2: Compensated velocity error, shape (n,) [rad/s].
+        theta: Estimate of the squared norm of the network's weights, shape (1,).
+        BB: B^T B of the network.
+        rho: Anti-saturation state, shape (n,) [rad/s].
+
+    Returns:
+        a, shape (n,) [rad/s^2].
+    """
+    return (
+        -gains.c2 * sig(v2, gains.kappa)
+        - gains.linear_velocity_rate * v2
+        - network_acceleration(gains, v2, theta, BB)
+        - rho
+    )
+
+
+def network_acceleration(gains: Gains, v2: Array, theta: Array, BB: Array) -> Array:
+    """Part of the network in (8), theta v2 (B^T B)/(4 tau), shape (n,) [rad/s^2]."""
+    return theta * v2 * BB / (4.0 * gains.tau)
+
+
+def adaptation_rate(gains: Gains, v2: Array, BB: Array) -> Array:
+    """Rate of theta without its leakage, lambda/(4 tau) (v2^T v2)^2 (B^T B), (9) [1/s]."""
+    return gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
+
+
+def smooth_saturation(u: Array, limit: Array) -> Array:
+    """The smooth saturation eta(u) = u* tanh(u/u*) of the paper, shape (n,) [N m or N].
+
+    Args:
+        u: Torque, shape (n,) [N m or N].
+        limit: Effort limits u*, shape (n,) [N m or N].
+    """
+    return limit * np.tanh(u / limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,20 +221,13 @@ class FTCF:
         BB = B @ B
 
         M = self.nominal.mass_matrix(q)
-        a = (
-            -g.c2 * sig(v2, g.kappa)
-            - (0.75 * g.k2 + 1.25) * v2
-            - theta * v2 * BB / (4.0 * g.tau)
-            - rho
-        )
+        a = commanded_acceleration(g, v2, theta, BB, rho)
         u = M @ a + compensation_force(self.nominal, self.compensation, q, v, v - v2)
 
-        limit = self.nominal.effort_limit
-        eta = limit * np.tanh(u / limit)
+        eta = smooth_saturation(u, self.nominal.effort_limit)
         gap = solve_spd(M, eta - u)  # Mbar^-1 (eta(u) - u), (11)
         drive1 = -g.c1 * sig(state.s1, g.kappa) + (abar - alpha) + state.s2
         drive2 = -g.c2 * sig(state.s2, g.kappa)
-        learning = g.lambda_ / (4.0 * g.tau) * (v2 @ v2) ** 2 * BB
         new = state._replace(filter=filter_state)
         if self.error_compensation:
             s1 = leaky_step(state.s1, g.k1, drive1, period)
@@ -194,7 +235,7 @@ class FTCF:
         if self.anti_saturation:
             new = new._replace(rho=leaky_step(rho, 1.0, gap, period))
         if self.adaptation:
-            new = new._replace(theta=leaky_step(theta, g.iota, learning, period))
+            new = new._replace(theta=leaky_step(theta, g.iota, adaptation_rate(g, v2, BB), period))
         signals = {
             "u": u,
             "alpha": alpha,

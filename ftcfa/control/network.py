@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, counting, positive
-from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True)
@@ -26,8 +25,6 @@ class RBFNetwork:
     nodes: Annotated[int, Check(counting)] = 10
     width: Annotated[float, Check(positive)] = 4.0
     half_range: Annotated[float, Check(positive)] = 2.0
-
-    varies: ClassVar[Parameters] = number_fields("width", "half_range")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
+from typing import Annotated, Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -12,10 +12,9 @@ from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
 
-STANDARD_GRAVITY = 9.81
-"""Turns the rate of adaptation into a gain [m/s^2]."""
+ADAPTATION_SCALE = 9.81
+"""Acceleration g that turns the rate of adaptation into the gain gamma [m/s^2]."""
 
 
 class LinearInParameters(Dynamics, Protocol):
@@ -83,10 +82,6 @@ class SlotineLi:
     adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0
     leakage: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 100.0
 
-    varies: ClassVar[Parameters] = number_fields(
-        "position_rate", "velocity_rate", "adaptation_rate", "leakage"
-    )
-
     def __post_init__(self) -> None:
         check_fields(self)
 
@@ -115,7 +110,7 @@ class SlotineLi:
             + arm.potential_force(q)
             + arm.damping_matrix(wanted) @ wanted
         )
-        gamma = self.adaptation_rate * self.velocity_rate / STANDARD_GRAVITY**2
+        gamma = self.adaptation_rate * self.velocity_rate / ADAPTATION_SCALE**2
         learning = -gamma * arm.inertial_weights * (Y.T @ s)
         new = SlotineLiState(leaky_step(d, self.leakage, learning, period))
         return {"u": nominal + Y @ d, "z1": z1, "s": s, "deviation": d}, new

@@ -3,14 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, Shaking, noise_input
 
@@ -41,8 +40,6 @@ class Vibration:
     input: NoiseInput | Callable[[Any, Array], Array]
     excitation: Excitation
     level: float = 1.0
-
-    varies: ClassVar[Parameters] = number_fields("level")
 
     def __post_init__(self) -> None:
         if callable(self.input) and not hasattr(self.input, "matrix"):

@@ -23,8 +23,8 @@ from ftcfa import (
 )
 from ftcfa.control.network import RBFNetwork
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
-from ftcfa.theory.generator import WATCHED, generator, watched
-from ftcfa.theory.premises import follow
+from ftcfa.theory.generator import STATE_SIGNALS, generator, with_filter_state
+from ftcfa.theory.premises import theorem_paths
 
 CONFIDENCE = 1 - 1e-6
 ROUNDING = 1e-9
@@ -114,7 +114,7 @@ def test_itos_formula():
     """E V(T) - V(0) = E integral of LV, and not without 1/2 Tr(Phi^T V_xx Phi)."""
     loop = pendulum(20.0, period=2e-5, q0=[0.1, -0.1], v0=[-0.5, 4.2])  # v2 is (0.1, 0.1)
     paths, steps = 2000, 100
-    run = simulate_paths(watched(loop), paths, steps * loop.period, signals=WATCHED)
+    run = simulate_paths(with_filter_state(loop), paths, steps * loop.period, signals=STATE_SIGNALS)
     quiet = replace(loop, vibration=None)
     gaps = []
     for each in (loop, quiet):
@@ -158,11 +158,11 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
         x[k, 3 * n : 4 * n] = -rng.uniform(0, 300) * v2 / np.linalg.norm(v2)  # abar runs away
         demand = max(0.0, float(made.at(x[k], desired[k]).demand))
         for eps, holds in ((demand, True), (0.0, False)):
-            told = replace(promised, eps=eps, pi1=pi1)
-            along = made.at(x[k], desired[k], 0.0, told.weight)
-            excess = along.LV + told.Delta * along.V**told.p - told.Gamma
+            supplied = replace(promised, eps=eps, pi1=pi1)
+            values = made.at(x[k], desired[k], 0.0, supplied.weight)
+            excess = values.LV + supplied.Delta * values.V**supplied.p - supplied.Gamma
             if holds:
-                assert excess <= ROUNDING * (abs(along.LV) + told.Gamma)
+                assert excess <= ROUNDING * (abs(values.LV) + supplied.Gamma)
             failures += not holds and excess > 0
     assert failures > 0  # without the premise it is not true
 
@@ -170,19 +170,20 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
 def test_theta_covers_what_eps_does():
     """phihat <= sqrt(theta B^T B) is enough: (25) at the states of a path."""
     loop = closed_loop(FINITE_TIME)
-    followed = follow(loop, bounds(loop), 4, 0.3)
-    theta = float(np.max(followed.along.needed_theta))
-    told = follow(loop, bounds(loop, theta=theta, pi1=float(followed.filter_error.max())), 4, 0.3)
+    followed = theorem_paths(loop, bounds(loop), 4, 0.3)
+    theta = float(np.max(followed.values.needed_theta))
+    enough = bounds(loop, theta=theta, pi1=float(followed.filter_error.max()))
+    again = theorem_paths(loop, enough, 4, 0.3)
     assert theta > 0
-    assert np.max(told.missing_eps) < ROUNDING * np.max(told.along.demand)
-    asked = told.along.LV + told.bounds.Delta * told.along.V**told.bounds.p
-    assert np.max(asked) <= told.bounds.Gamma
+    assert np.max(again.missing_eps) < ROUNDING * np.max(again.values.demand)
+    needed = again.values.LV + enough.Delta * again.values.V**enough.p
+    assert np.max(needed) <= enough.Gamma
 
 
 def test_inequality_along_the_papers_study():
     """E[LV] <= -Delta E[V^p] + Gamma at every sample, at the upper end of its interval."""
     loop = closed_loop(FINITE_TIME)
-    followed = follow(loop, bounds(loop), 32, 2.0)
+    followed = theorem_paths(loop, bounds(loop), 32, 2.0)
     needed = followed.needed_Gamma
     high = needed.student(1 - 1e-6 / len(followed.time)).high
     assert np.max(high) < bounds(loop).Gamma
@@ -192,8 +193,8 @@ def test_inequality_along_the_papers_study():
 
 def test_a_diverged_path_is_not_averaged_away():
     loop = pendulum(1e10)
-    followed = follow(loop, bounds(loop), 4, 0.5)
-    assert np.isnan(followed.along.V[:, -1]).any()
+    followed = theorem_paths(loop, bounds(loop), 4, 0.5)
+    assert np.isnan(followed.values.V[:, -1]).any()
     assert np.isnan(followed.needed_Gamma.mean[-1])
 
 
@@ -207,7 +208,7 @@ def test_only_white_noise_has_a_generator():
         generator(loop)
 
 
-def test_watching_changes_nothing():
+def test_recording_the_filter_changes_nothing():
     loop = pendulum()
-    plain, seen = (simulate_paths(each, 3, 0.1) for each in (loop, watched(loop)))
+    plain, seen = (simulate_paths(each, 3, 0.1) for each in (loop, with_filter_state(loop)))
     np.testing.assert_array_equal(plain.q, seen.q)

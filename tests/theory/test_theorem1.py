@@ -34,14 +34,14 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.cli import main
-from ftcfa.report.bounds import bounds_record
-from ftcfa.report.bounds_figure import bounds_figure
-from ftcfa.report.bounds_table import print_bounds
+from ftcfa.report.bounds import bounds_record, generator_figure, print_bounds
 from ftcfa.report.figures import rendered
 from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
-from ftcfa.theory.premises import LINK_EPS, follow, hanging_link, hanging_pendulum
-from ftcfa.theory.theorem1 import best_weight, default_weight, margin, saturation_gap
+from ftcfa.theory.bounds import saturation_gap
+from ftcfa.theory.demonstrations import LINK_EPS, hanging_link, hanging_pendulum
+from ftcfa.theory.gain_conditions import compensation_coefficient, default_weight
+from ftcfa.theory.premises import theorem_paths
 
 CONFIDENCE = 1 - 1e-6
 SEARCH = 1e-6
@@ -70,7 +70,7 @@ def test_the_papers_study(study):
     assert study.Delta == pytest.approx(4.353, rel=PRINTED)
     assert study.Gamma == pytest.approx(4.51e4, rel=PRINTED)
     assert study.ultimate_error == pytest.approx(37.6, rel=PRINTED)
-    assert study.error_without_blame == pytest.approx(2.98, rel=PRINTED)
+    assert study.error_without_largest_term == pytest.approx(2.98, rel=PRINTED)
     assert (study.weight, study.p, study.n) == (1.0, 0.9, 2)
     assert study.applies
     assert study.first_entry == 0.0
@@ -99,9 +99,10 @@ def test_its_terms_in_closed_form(study):
 
 
 def test_what_it_says(study):
-    assert "true and not informative: |z1| <= 37.6 rad" in study.verdict
-    assert "saturation term is to blame, 99.99 % of Gamma; without it, 2.98 rad" in study.verdict
-    assert "first-entry time says nothing" in study.verdict
+    assert "|z1| <= 37.6 rad where V <= Vinf" in study.verdict
+    assert "says nothing about this arm: no two of its postures are more than" in study.verdict
+    assert "is the saturation term, 99.99 % of it; without it the bound is 2.98" in study.verdict
+    assert "V <= Vinf from the start" in study.verdict
     assert not study.informative
 
 
@@ -174,7 +175,7 @@ def test_panda():
     assert bounds(loop).Delta == pytest.approx(4**0.9 * 7.5 / 6)
     light = bounds(loop, weight=1.0)
     assert not light.applies
-    assert margin(7, 0.6, 1.0) < 0
+    assert compensation_coefficient(7, 0.6, 1.0) < 0
     assert (light.Vinf, light.ultimate_error, light.first_entry) == (np.inf,) * 3
     assert light.time_average(1.0) == np.inf
     assert light.verdict.startswith("Theorem 1 does not apply: s = -0.72")
@@ -203,7 +204,7 @@ def test_filter_gains():
     assert r1.required == pytest.approx(1.5 * np.sqrt(180 / 1.1))
     assert slow.applies  # pi1 is the user's to supply
     other = bounds(still(filter=SecondOrderFilter()))
-    assert other.filter_reach is None
+    assert other.filter_bound is None
     assert [each.name for each in other.conditions] == ["k1", "k2", "s"]
 
 
@@ -224,14 +225,14 @@ def hanging(kappa):
 @given(pi1=st.floats(0, 5), weight=st.floats(1.0, 1e3))
 def test_no_weight_is_better_than_the_best(study, pi1, weight):
     found = replace(study, pi1=pi1)
-    _, error = best_weight(found)
+    _, error = found.best_weight()
     assert error <= replace(found, weight=weight).ultimate_error * 1.01  # a grid
 
 
 def test_best_weight_is_finite_where_the_filter_errs(study):
-    assert best_weight(study)[0] == pytest.approx(1e6)
+    assert study.best_weight()[0] == pytest.approx(1e6)
     without_saturation = replace(study, etabar=np.zeros(2), pi1=1.0)
-    assert 1.0 < best_weight(without_saturation)[0] < 100.0
+    assert 1.0 < without_saturation.best_weight()[0] < 100.0
 
 
 @given(actual=positive, believed=positive)
@@ -278,8 +279,8 @@ def test_first_entry_where_the_bound_is_not_vacuous(loop, eps, times):
     assert found.informative
     ratio = found.V0 / found.Vinf
     assert ratio > 1.2
-    assert "V first falls to Vinf after" in found.verdict
-    followed = follow(loop, found, 256, 0.25)
+    assert "V first falls to Vinf within" in found.verdict
+    followed = theorem_paths(loop, found, 256, 0.25)
     assert np.all(followed.premises_hold)
     entry = followed.entry
     assert np.all(entry > 0)
@@ -288,18 +289,18 @@ def test_first_entry_where_the_bound_is_not_vacuous(loop, eps, times):
 
 
 def test_premises_that_are_too_small_do_not_hold(study):
-    link = follow(hanging_link(), bounds(hanging_link(), eps=LINK_EPS), 16, 0.2)
+    link = theorem_paths(hanging_link(), bounds(hanging_link(), eps=LINK_EPS), 16, 0.2)
     assert not np.any(link.premises_hold)  # pi1 = 0
     promised = replace(study, etabar=np.zeros(2), eps=1.0, pi1=1.0)
-    pendulum = follow(closed_loop(FINITE_TIME), promised, 2, 0.1)
+    pendulum = theorem_paths(closed_loop(FINITE_TIME), promised, 2, 0.1)
     assert np.all(pendulum.filter_error < 1.0)
     assert not np.any(pendulum.premises_hold)  # eps = 1
 
 
 def test_time_average(study):
     """E V^p over time, by the paths, against Gamma/Delta + V0/(Delta t)."""
-    followed = follow(closed_loop(FINITE_TIME), study, 8, 1.0)
-    measured = np.mean(followed.along.V**study.p)
+    followed = theorem_paths(closed_loop(FINITE_TIME), study, 8, 1.0)
+    measured = np.mean(followed.values.V**study.p)
     assert measured < study.time_average(1.0)
     assert study.time_average(1.0) == pytest.approx((study.Gamma + study.V0) / study.Delta)
 
@@ -310,7 +311,7 @@ def test_time_average(study):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"theta": -1.0}, "bounds theta: -1.0, expected a finite number >= 0"),
+        ({"theta": -1.0}, "bounds theta: -1.0, expected a number >= 0"),
         ({"eps": np.nan}, "bounds eps: nan"),
         ({"pi1": np.inf}, "bounds pi1: inf"),
         ({"sigma": 1.0}, "bounds sigma: 1.0, expected a number between 0 and 1"),
@@ -322,7 +323,7 @@ def test_numbers_out_of_range(options, said):
         bounds(still(), **options)
 
 
-def test_loops_of_which_theorem_1_does_not_speak():
+def test_loops_that_theorem_1_does_not_cover():
     arm = load_arm("double_pendulum")
     rest = (Constant(arm.home),)
     with pytest.raises(ParameterError, match="controller: a ComputedTorque, expected an FTCF"):
@@ -350,7 +351,7 @@ def test_command_gives_the_papers_study(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     assert call("bounds") == 0
     shown = capsys.readouterr()
-    words = ("37.6 rad", "not informative", "4.51e+04", "4.353", "(28)", "E[first entry]")
+    words = ("37.6 rad", "says nothing", "4.51e+04", "4.353", "(28)", "E[first entry]")
     assert all(word in shown.out for word in words)
     assert "…" not in shown.out
     assert shown.err == ""
@@ -382,7 +383,7 @@ def test_record_of_a_loop_that_the_theorem_does_not_cover():
     loop = replace(hanging_link(), vibration=None)
     found = bounds(loop, weight=0.3)
     assert not found.applies
-    record = bounds_record(found, follow(loop, found, 2, 0.1))
+    record = bounds_record(found, theorem_paths(loop, found, 2, 0.1))
     assert record["ultimate_error"] is None
     assert record["first_entry"] is None
     stream = io.StringIO()
@@ -393,8 +394,8 @@ def test_record_of_a_loop_that_the_theorem_does_not_cover():
 
 def test_figure():
     loop = hanging_link()
-    followed = follow(loop, bounds(loop, eps=LINK_EPS), 8, 0.2)
-    figure = bounds_figure(followed, followed, "title", ["a", "b", "c"])
+    followed = theorem_paths(loop, bounds(loop, eps=LINK_EPS), 8, 0.2)
+    figure = generator_figure(followed, followed, "title", ["a", "b", "c"])
     assert [ax.get_title() or ax.get_title("left") for ax in figure.axes] == ["a", "b", "c"]
     told = [text.get_text() for ax in figure.axes for text in ax.texts]
     assert any(text.startswith("promised: ") for text in told)

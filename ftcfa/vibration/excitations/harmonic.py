@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +9,6 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import vector
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
 
@@ -36,8 +34,6 @@ class Harmonic(Excitation):
     amplitude: npt.ArrayLike
     frequency: npt.ArrayLike
     phase: npt.ArrayLike | None = None
-
-    varies: ClassVar[Parameters] = number_fields("amplitude", "frequency", "phase")
 
     def __post_init__(self) -> None:
         check_numbers("Harmonic amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")

@@ -1,7 +1,7 @@
 """A sine that sweeps through frequencies, up and down, as test benches do."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,6 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import positive, vector
 from ftcfa.errors import ParameterError, UnknownNameError
-from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.excitations.harmonic import check_frequency, check_numbers, not_negative
 
@@ -44,8 +43,6 @@ class SineSweep(Excitation):
     stop: float
     duration: float
     kind: Kind = "logarithmic"
-
-    varies: ClassVar[Parameters] = number_fields("amplitude", "start", "stop", "duration")
 
     def __post_init__(self) -> None:
         check_numbers("SineSweep amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")

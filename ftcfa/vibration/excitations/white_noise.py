@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 
 Convention = Literal["psd", "amplitude"]
@@ -33,8 +32,6 @@ class WhiteNoise(Excitation):
 
     intensity: npt.ArrayLike = 0.1
     convention: Convention = "psd"
-
-    varies: ClassVar[Parameters] = number_fields("intensity")
 
     def __post_init__(self) -> None:
         if self.convention not in ("psd", "amplitude"):
@@ -90,8 +87,6 @@ class WhiteProcess(Process):
 
     sigma: Array
     step: float
-
-    varies: ClassVar[Parameters] = number_fields("sigma")
 
     @property
     def normals(self) -> int:

@@ -3,14 +3,13 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Process
 
 AXES = ("x", "y", "z")
@@ -191,8 +190,6 @@ class PaperPendulumInput(NoiseInput):
 
     m: tuple[float, float] = (0.6, 0.8)
     l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
-
-    varies: ClassVar[Parameters] = number_fields("m", "l")
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (2, 2) [kg m].

@@ -1,0 +1,36 @@
+"""The loops to which Theorem 1 applies: the paper's whole controller, white noise or none."""
+
+from ftcfa.control.ftcf import FTCF
+from ftcfa.errors import ParameterError
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.vibration.excitations.white_noise import WhiteNoise
+from ftcfa.vibration.inputs.base_motion import BaseMotion
+
+
+def paper_law(loop: ClosedLoop) -> FTCF:
+    """The controller of a loop, checked to be the paper's with all its parts.
+
+    Raises:
+        ParameterError: If it is another law, or a part of it is switched off.
+    """
+    law = loop.controller
+    if not isinstance(law, FTCF):
+        expected = "an FTCF, the only law that Theorem 1 covers"
+        raise ParameterError("controller", f"a {type(law).__name__}", expected)
+    for part in ("error_compensation", "anti_saturation", "adaptation"):
+        if not getattr(law, part):
+            raise ParameterError(f"controller {part}", "off", "on, as in Theorem 1")
+    return law
+
+
+def check_white(loop: ClosedLoop) -> None:
+    """Raise ParameterError unless the vibration is white noise (Assumption 1) or None."""
+    vibration = loop.vibration
+    if vibration is None:
+        return
+    if not isinstance(vibration.excitation, WhiteNoise) or isinstance(vibration.input, BaseMotion):
+        raise ParameterError(
+            "vibration",
+            f"{type(vibration.excitation).__name__} through {type(vibration.input).__name__}",
+            "WhiteNoise through an input that depends on q alone, as in Theorem 1",
+        )
