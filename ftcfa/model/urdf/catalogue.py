@@ -1,4 +1,4 @@
-"""Arms by name: what `robots/catalogue.toml` lists, with home posture and moving joints."""
+"""Arms by name, as `robots/catalogue.toml` lists them."""
 
 import importlib.metadata
 import tomllib
@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from ftcfa.errors import UnknownNameError, UrdfError
+from ftcfa.checks import known_name
+from ftcfa.errors import UrdfError
 
 _PACKAGE = Path(__file__).parents[2]
 _DATA_PACKAGE = "example-robot-data"
@@ -16,14 +17,15 @@ _DATA_ROOT = "share/example-robot-data/robots"
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """One line of the catalogue.
+    """One arm of the catalogue.
 
     Attributes:
-        description: What it is, in a phrase.
-        file: URDF, relative to `robots/` or, with ``package``, to example-robot-data's robots.
+        description: The arm in a phrase.
+        file: Path of the URDF in `robots/` or, with ``package``, in example-robot-data's robots.
         package: Whether the file comes from example-robot-data.
-        joints: The joints that move; empty means all. The others are locked at home or zero.
-        home: Home posture of moving and locked joints [rad or m]; zero where not listed.
+        joints: Joints that move; empty means all. The others are locked at their home position.
+        home: Home positions of moving and locked joints [rad or m]; see `home_position` for
+            joints that are not listed.
     """
 
     description: str
@@ -33,12 +35,12 @@ class CatalogueEntry:
     home: Mapping[str, float] = field(default_factory=dict)
 
     def path(self) -> Path:
-        """Where the URDF lies on this machine."""
+        """Path of the URDF on this machine."""
         return (_example_robots() if self.package else robots_folder()) / self.file
 
 
 def robots_folder() -> Path:
-    """The folder of our own URDFs: inside the installed package, or beside it in a checkout."""
+    """Folder of the URDFs that we ship: in the installed package, or beside it in a checkout."""
     inside = _PACKAGE / "robots"
     return inside if inside.is_dir() else _PACKAGE.parent / "robots"
 
@@ -57,12 +59,10 @@ def find_arm(name: str) -> CatalogueEntry:
     """The entry of a named arm.
 
     Raises:
-        UnknownNameError: If there is none of that name; it lists the known ones.
+        UnknownNameError: If no arm has that name; the message lists the names.
     """
-    if name not in catalogue():
-        raise UnknownNameError(
-            "robot (neither a URDF file nor an arm we know)", name, list(catalogue())
-        )
+    subject = "robot (not a file, not an arm of the catalogue)"
+    known_name(subject, name, catalogue(), field="robot")
     return catalogue()[name]
 
 

@@ -1,26 +1,30 @@
 """`load_arm`: from a name or a URDF file to an Arm, or to one sentence that says what is wrong."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import vector
-from ftcfa.errors import ParameterError, UnknownNameError, UrdfError
+from ftcfa.checks import known_name, vector
+from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
 from ftcfa.model.pinocchio_model import model_of_urdf
-from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, find_arm
-from ftcfa.model.urdf.description import (
-    RobotDescription,
-    inertia_defect,
-    position_limits,
-    read_urdf,
+from ftcfa.model.urdf.catalogue import CatalogueEntry
+from ftcfa.model.urdf.coordinates import (
+    EffortLimit,
+    effort_limits,
+    home_position,
+    joint_friction,
+    joint_limits,
 )
-from ftcfa.model.urdf.joints import JointRule, joint_rules
+from ftcfa.model.urdf.description import RobotDescription, read_urdf
+from ftcfa.model.urdf.joints import Locks, coordinate_map, joint_rules, locked_joints
+from ftcfa.model.urdf.lint import lint
+from ftcfa.model.urdf.locate import locate
 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
@@ -32,11 +36,8 @@ MOUNTINGS: Mapping[str, Array] = {
     "wall": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
     "ceiling": np.diag([1.0, -1.0, -1.0]),
 }
-"""Orientations of the base in the world by name, columns its axes: on a wall its z points along
-the world's x and its x downwards; at the ceiling it is turned over about x."""
-
-Locks = Mapping[str, float] | Iterable[str]
-EffortLimit = float | Sequence[float] | Mapping[str, float]
+"""Orientations of the base in the world; columns are the axes of the base. On a wall its z axis
+points along the world's x and its x axis downwards; on the ceiling it is turned by pi about x."""
 
 
 def load_arm(
@@ -54,21 +55,21 @@ def load_arm(
         robot: An arm of the catalogue (``"panda"``), a path to a URDF, or a ``package://`` path.
         lock: Joints that do not move: names with values [rad or m], or names alone (held at
             their home posture, zero by default).
-        package_dirs: Folders in which ``package://NAME/...`` is looked for, before those of the
+        package_dirs: Folders that are searched for ``package://NAME/...``, before those of the
             environment variable ROS_PACKAGE_PATH.
         gravity: Downward acceleration, or the gravity field in world axes, shape (3,) [m/s^2].
         effort_limit: Torque limits u* that replace the URDF's: one number, n numbers, or some by
             joint name [N m or N].
         mounting: Orientation of the base in the world: ``"floor"``, ``"wall"``, ``"ceiling"`` or a
-            rotation matrix whose columns are the axes of the base. Gravity and what shakes the
-            base stay in world axes, z upwards.
+            rotation matrix whose columns are the axes of the base. Gravity and
+            the vibration stay in world axes, z upwards.
 
     Raises:
-        UrdfError: If the URDF is unusable; the sentence names file, element and remedy.
-        UnknownNameError: If the robot or a joint is not known; it lists the known ones.
+        UrdfError: If the URDF is unusable; the message names file, element and remedy.
+        UnknownNameError: If the robot or a joint is unknown; the message lists the known ones.
         ParameterError, ShapeError: If an argument is of the wrong type, range or shape.
     """
-    entry, file = _locate(robot, package_dirs)
+    entry, file = locate(robot, package_dirs)
     description = read_urdf(file)
     source = {"robot": str(robot if entry is not None else file.resolve())}
     return _arm(description, entry, source, lock, gravity, effort_limit, mounting)
@@ -83,18 +84,18 @@ def arm_from_text(
     effort_limit: EffortLimit | None = None,
     mounting: str | npt.ArrayLike = "floor",
 ) -> Arm:
-    """Load an arm from the text of a URDF, such as a description that was sent carries.
+    """Load an arm from the text of a URDF, as it stands in the description of a loop.
 
     Args:
         urdf: The text.
-        robot: What messages call it.
-        lock: As in `load_arm`, like the rest.
-        gravity: See there.
-        effort_limit: See there.
-        mounting: See there.
+        robot: Name of the file in messages.
+        lock: As in `load_arm`.
+        gravity: As in `load_arm`.
+        effort_limit: As in `load_arm`.
+        mounting: As in `load_arm`.
 
     Raises:
-        UrdfError, UnknownNameError, ParameterError, ShapeError: As `load_arm`.
+        UrdfError, UnknownNameError, ParameterError, ShapeError: As in `load_arm`.
     """
     description = read_urdf(Path(robot), urdf.encode())
     source = {"urdf": urdf, "robot": robot}
@@ -111,20 +112,20 @@ def _arm(
     mounting: str | npt.ArrayLike,
 ) -> Arm:
     """The arm of a URDF that was read; ``source`` says where it came from."""
-    file = description.file
-    locks = _locks(description, entry, lock)
+    locks = locked_joints(description, entry, lock)
     rules = joint_rules(description, locks)
     moving = {name for name, rule in rules.items() if rule.leader is not None}
     if not moving:
-        raise UrdfError(str(file), "no joint moves", "at least one free joint", "lock fewer joints")
-    warnings = _lint_links(description, moving)
-    field = _gravity_field(gravity)
-    turn = _mounting(mounting)
+        remedy = "lock fewer joints" if locks else "export it with movable joints"
+        raise UrdfError(str(description.file), "no joint moves", "at least one free joint", remedy)
+    field, turn = _gravity_field(gravity), _mounting(mounting)
     model = model_of_urdf(description.pinocchio_xml(), field, turn)
-    names = tuple(name for name in model.names[1:] if rules[name].leader == name)
-    G, g0 = _coordinate_map(list(model.names[1:]), names, rules)
-    lower, upper, velocity = _limits(description, names, warnings)
-    effort = _effort_limit(description, names, effort_limit)
+    joints = list(model.names[1:])
+    names = tuple(name for name in joints if rules[name].leader == name)
+    warnings = lint(description, moving, names)
+    G, g0 = coordinate_map(joints, names, rules)
+    lower, upper, velocity = joint_limits(description, names)
+    effort = effort_limits(description, names, effort_limit)
     arm = Arm(
         name=description.robot.name if entry is None else source["robot"],
         model=model,
@@ -136,10 +137,10 @@ def _arm(
         upper=upper,
         velocity_limit=velocity,
         effort_limit=effort,
-        damping=_dynamics(description, model.names[1:], "damping"),
-        friction=_dynamics(description, model.names[1:], "friction"),
-        home=np.array([_home(description, entry, name) for name in names]),
-        warnings=tuple(warnings),
+        damping=joint_friction(description, joints, "damping"),
+        friction=joint_friction(description, joints, "friction"),
+        home=np.array([home_position(description, entry, name) for name in names]),
+        warnings=warnings,
         source={
             **source,
             "lock": dict(locks),
@@ -148,79 +149,20 @@ def _arm(
             "mounting": turn.tolist(),
         },
     )
-    _refuse_singular(file, arm)
+    _refuse_singular(description.file, arm)
     return arm
 
 
-def _locate(
-    robot: str | os.PathLike[str], package_dirs: Sequence[str | os.PathLike[str]]
-) -> tuple[CatalogueEntry | None, Path]:
-    if not isinstance(robot, (str, os.PathLike)):
-        raise ParameterError("robot", repr(robot), "a name or the path of a URDF")
-    text = os.fspath(robot)
-    if text.startswith("package://"):
-        return None, _find_in_packages(text, package_dirs)
-    if isinstance(robot, str) and robot in catalogue():
-        entry = find_arm(robot)
-        return entry, entry.path()
-    if text.lstrip().startswith("<"):
-        raise ParameterError("robot", "XML text", "a name or a path", "write the text to a file")
-    path = Path(text)
-    exists = os.path.exists(path)  # noqa: PTH110 (pathlib's raises where a name is too long)
-    if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not exists:
-        find_arm(robot)  # raises, and lists the known ones
-    return None, path
-
-
-def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
-    package, _, inside = uri.removeprefix("package://").partition("/")
-    from_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    if isinstance(package_dirs, (str, os.PathLike)):
-        package_dirs = [package_dirs]
-    folders = [Path(folder).resolve() for folder in (*package_dirs, *from_ros) if folder]
-    for folder in folders:
-        for root in (folder / package, *([folder] if folder.name == package else [])):
-            if (root / inside).is_file():
-                return root / inside
-    looked = ", ".join(map(str, folders)) or "nowhere"
-    raise UrdfError(uri, f"not found (looked in: {looked})", "", "give package_dirs=[...]")
-
-
-def _locks(
-    description: RobotDescription, entry: CatalogueEntry | None, lock: Locks | None
-) -> dict[str, float]:
-    """Joint values to hold: what the catalogue locks, then what the user asks for."""
-    locks: dict[str, float] = {}
-    if entry is not None and entry.joints:
-        independent = (j.name for j in description.moving_joints.values() if j.mimic is None)
-        locked = (name for name in independent if name not in entry.joints)
-        locks = {name: _home(description, entry, name) for name in locked}
-    if isinstance(lock, str):
-        lock = [lock]
-    elif lock is None:
-        lock = []
-    if not isinstance(lock, Iterable):
-        raise ParameterError("lock", repr(lock), "joint names, or names with values [rad or m]")
-    if not isinstance(lock, Mapping):
-        lock = {name: _home(description, entry, name) for name in map(str, lock)}
-    for name, value in lock.items():
-        numeric = isinstance(value, int | float | np.integer | np.floating)
-        if not numeric or isinstance(value, bool) or not np.isfinite(value):
-            raise ParameterError(f"lock of joint '{name}'", repr(value), "a number [rad or m]")
-    return locks | {name: float(value) for name, value in lock.items()}
-
-
 def _gravity_field(gravity: float | Sequence[float]) -> Array:
-    """The field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
-    field = vector("gravity", gravity, 3)
+    """Gravity field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
+    field = vector("gravity", gravity, 3, field="gravity")
     return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
 
 
 def _mounting(mounting: str | npt.ArrayLike) -> Array:
     """Orientation of the base in the world, shape (3, 3)."""
     if isinstance(mounting, str):
-        if mounting not in MOUNTINGS:
-            raise UnknownNameError("mounting", mounting, tuple(MOUNTINGS))
+        known_name("mounting", mounting, MOUNTINGS, field="mounting")
         return MOUNTINGS[mounting]
     try:
         R = np.asarray(mounting, dtype=float)
@@ -231,106 +173,9 @@ def _mounting(mounting: str | npt.ArrayLike) -> Array:
     ):
         known = ", ".join(f'"{name}"' for name in MOUNTINGS)
         got = mounting.tolist() if isinstance(mounting, np.ndarray) else mounting
-        raise ParameterError("mounting", repr(got), f"{known} or a rotation matrix (3, 3)")
+        expected = f"{known} or a rotation matrix (3, 3)"
+        raise ParameterError("mounting", repr(got), expected, field="mounting")
     return R
-
-
-def _lint_links(description: RobotDescription, moving: set[str]) -> list[str]:
-    """Refuse unphysical links that move; warn of the odd ones."""
-    moved = description.links_moved_by(moving)
-    warnings = []
-    for link in description.robot.links:
-        defect = inertia_defect(link)
-        if defect is not None:
-            if link in moved:
-                raise UrdfError(f"{description.file}: link '{link.name}'", *defect)
-            warnings.append(f"link '{link.name}': {defect[0]}; ignored, it does not move")
-    for link in moved:
-        body = link.inertial
-        if body is not None and body.mass > 0 and not body.inertia.any():
-            warnings.append(f"link '{link.name}': no rotational inertia, a point mass")
-        if body is not None and body.mass == 0 and body.inertia.any():
-            warnings.append(f"link '{link.name}': rotational inertia without mass")
-    return warnings
-
-
-def _coordinate_map(
-    joints: list[str], names: tuple[str, ...], rules: Mapping[str, JointRule]
-) -> tuple[Array, Array]:
-    """G (N, n) and g0 (N,) of q_model = G q + g0."""
-    G = np.zeros((len(joints), len(names)))
-    for row, joint in enumerate(joints):
-        rule = rules[joint]
-        if rule.leader is not None:
-            G[row, names.index(rule.leader)] = rule.multiplier
-    return G, np.array([rules[joint].offset for joint in joints])
-
-
-def _limits(
-    description: RobotDescription, names: tuple[str, ...], warnings: list[str]
-) -> tuple[Array, Array, Array]:
-    """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none."""
-    n = len(names)
-    lower, upper, velocity = np.empty(n), np.empty(n), np.full(n, np.inf)
-    for i, name in enumerate(names):
-        joint = description.moving_joints[name]
-        lower[i], upper[i] = position_limits(joint)
-        if lower[i] == upper[i]:
-            raise UrdfError(
-                f"{description.file}: joint '{name}'",
-                f"lower and upper limit are both {lower[i]:g}",
-                "a range to move in",
-                "widen it, or lock the joint",
-            )
-        if joint.type != "continuous" and lower[i] == -np.inf:
-            warnings.append(f"joint '{name}': no position limits, taken as unlimited")
-        if joint.limit is not None and joint.limit.velocity:
-            velocity[i] = joint.limit.velocity
-        else:
-            warnings.append(f"joint '{name}': no velocity limit, taken as unlimited")
-    return lower, upper, velocity
-
-
-def _effort_limit(
-    description: RobotDescription, names: tuple[str, ...], given: EffortLimit | None
-) -> Array:
-    """u*, shape (n,): what the user gives, else the URDF's."""
-    if given is None or isinstance(given, Mapping):
-        by_name = dict(given or {})
-        for name in by_name.keys() - set(names):
-            raise UnknownNameError("effort_limit of joint", name, names)
-        given = [
-            by_name[name] if name in by_name else _urdf_effort(description, name) for name in names
-        ]
-    limits = vector("effort_limit", given, len(names))
-    if not np.all(limits > 0):
-        raise ParameterError("effort_limit", f"{limits.tolist()}", "positive numbers [N m or N]")
-    return limits
-
-
-def _urdf_effort(description: RobotDescription, joint: str) -> float:
-    limit = description.moving_joints[joint].limit
-    if limit is None or not limit.effort:
-        raise UrdfError(
-            f"{description.file}: joint '{joint}'",
-            "effort limit missing or zero",
-            "a positive effort",
-            'write <limit effort="..."> or pass effort_limit',
-        )
-    return float(limit.effort)
-
-
-def _dynamics(description: RobotDescription, joints: Iterable[str], name: str) -> Array:
-    """Damping or friction of the model's joints; zero where the URDF gives none."""
-    tags = [description.moving_joints[joint].dynamics for joint in joints]
-    return np.array([float(getattr(tag, name, None) or 0.0) for tag in tags])
-
-
-def _home(description: RobotDescription, entry: CatalogueEntry | None, joint: str) -> float:
-    """The catalogue's value, else zero, else the middle of a range that excludes zero."""
-    lower, upper = position_limits(description.moving_joint(joint))
-    fallback = 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2
-    return entry.home.get(joint, fallback) if entry is not None else fallback
 
 
 def _refuse_singular(file: Path, arm: Arm) -> None:

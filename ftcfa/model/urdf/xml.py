@@ -1,6 +1,6 @@
-"""The XML of a URDF: a file in, out comes what dynamics needs of it, every attribute checked.
+"""Read the XML of a URDF, keep what dynamics needs and check every attribute of it.
 
-The text is parsed with entities, DTDs and the network refused.
+Entities, DTDs and the network are refused.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ from ftcfa.errors import UrdfError
 
 MAX_BYTES = 32 * 2**20
 MAX_REASON = 160
-"""Characters of the XML parser's complaint that a message quotes."""
+"""Length to which a message shortens the text of the XML parser's error."""
 SUPPORTED_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 _KEPT = {
@@ -21,7 +21,7 @@ _KEPT = {
     "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
 }
 _INERTIA = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)
-_NUMBERS = {  # attributes that must be numbers, with their count
+_NUMBERS = {  # attributes that must be numbers, and how many
     "mass": {"value": 1},
     "inertia": _INERTIA,
     "origin": {"xyz": 3, "rpy": 3},
@@ -41,14 +41,14 @@ _REQUIRED = {  # attributes that may not be missing where the element occurs
 
 
 def read_xml(file: Path, text: bytes | None = None) -> etree._Element:
-    """The <robot> of a URDF file, cut down to links, joints and their children that count.
+    """The <robot> element of a URDF with only the links, joints and children that dynamics needs.
 
     Args:
-        file: Where it lies, or what messages call it if the ``text`` is given.
-        text: What stands in it; read from the file if None.
+        file: Path of the file, or its name in messages if ``text`` is given.
+        text: Content of the file; read from it if None.
 
     Raises:
-        UrdfError: If the file cannot be read, is not a URDF, or an element lacks what it needs.
+        UrdfError: If the file cannot be read, is not a URDF, or has a missing or wrong attribute.
     """
     root = _cut_down(_parse(file, _read_bytes(file) if text is None else text))
     _check_elements(file, root)
@@ -69,7 +69,7 @@ def _read_bytes(file: Path) -> bytes:
             str(file),
             f"more than {MAX_BYTES // 2**20} MiB",
             "the text of a URDF",
-            "name the URDF itself, not a mesh or an archive",
+            "give the URDF itself, not a mesh or an archive",
         )
     return text
 
@@ -90,7 +90,7 @@ def _parse(file: Path, text: bytes) -> etree._Element:
             str(file),
             "a DOCTYPE, which could expand or include entities",
             "plain XML",
-            "delete the <!DOCTYPE ...> and write the values out",
+            "delete the <!DOCTYPE ...> and replace its entities by their values",
         )
     if root.tag != "robot":
         raise UrdfError(
@@ -107,7 +107,7 @@ def _parse(file: Path, text: bytes) -> etree._Element:
 
 
 def _cut_down(root: etree._Element) -> etree._Element:
-    """Keep links, joints and those children that dynamics needs; white space counts once."""
+    """Copy of links, joints and those children that dynamics needs, without extra white space."""
     cut = etree.Element("robot", name=root.get("name", "robot"))
     for element in root:
         if element.tag in _KEPT:
@@ -120,9 +120,9 @@ def _cut_down(root: etree._Element) -> etree._Element:
 
 
 def _check_elements(file: Path, root: etree._Element) -> None:
-    """Every name, reference and number that will be read is there and well formed.
+    """Refuse missing or malformed names, references and numbers.
 
-    Numbers are written anew, so that what was checked here is what any other parser reads.
+    Numbers are rewritten in plain form, so that every other parser reads the checked values.
     """
     seen: set[tuple[str, str]] = set()
     for element in root:
@@ -144,7 +144,7 @@ def _check_elements(file: Path, root: etree._Element) -> None:
                         subject,
                         f"<inertial> without <{tag}>",
                         "<mass> and <inertia>",
-                        "add it, or delete the <inertial> of a massless link",
+                        "add it, or delete the <inertial> if the link is massless",
                     )
         for part in element.iter(*_NUMBERS, *_REQUIRED):
             _check_attributes(subject, part)
@@ -185,6 +185,6 @@ def _check_attributes(subject: str, part: etree._Element) -> None:
                 subject,
                 f'<{part.tag} {attribute}="{text[:40]}">',
                 "a finite number" if count == 1 else f"{count} finite numbers",
-                "correct it, or leave an optional attribute out",
+                "correct it, or delete it if it is optional",
             )
         part.set(attribute, " ".join(map(repr, numbers)))

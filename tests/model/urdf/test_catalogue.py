@@ -67,7 +67,7 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
             load_arm(unknown)
         known = ", ".join(catalogue())
         assert str(caught.value) == (
-            f"robot (neither a URDF file nor an arm we know) '{unknown}': unknown name, "
+            f"robot (not a file, not an arm of the catalogue) '{unknown}': unknown name, "
             f"expected one of: {known}"
         )
         assert caught.value.known == tuple(catalogue())

@@ -56,7 +56,7 @@ def test_expanding_entities_are_refused_at_once(urdf: Callable[..., Path], text:
 
 DOCTYPE = (
     " a DOCTYPE, which could expand or include entities, expected plain XML; "
-    "delete the <!DOCTYPE ...> and write the values out"
+    "delete the <!DOCTYPE ...> and replace its entities by their values"
 )
 
 
@@ -101,7 +101,7 @@ def test_megabytes_of_garbage_are_refused_fast_and_in_bounded_memory(
     if size > 32 * 2**20:
         assert sentence == (
             f"{file}: more than 32 MiB, expected the text of a URDF; "
-            "name the URDF itself, not a mesh or an archive"
+            "give the URDF itself, not a mesh or an archive"
         )
     else:
         assert sentence.startswith(f"{file}: not XML (")

@@ -77,11 +77,13 @@ def test_a_package_that_is_not_found_names_the_places_searched(
 ) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     uri = "package://my_robot/arm.urdf"
-    for package_dirs, looked in (([], "nowhere"), ([tmp_path], str(tmp_path))):
+    for package_dirs, searched in (([], "no folder"), ([tmp_path], str(tmp_path))):
         with pytest.raises(UrdfError) as caught:
             load_arm(uri, package_dirs=package_dirs)
-        remedy = "give package_dirs=[...]"
-        assert str(caught.value) == f"{uri}: not found (looked in: {looked}); {remedy}"
+        assert str(caught.value) == (
+            f"{uri}: not found (searched: {searched}), expected a folder that holds the package "
+            "'my_robot'; name it in package_dirs or in the environment variable ROS_PACKAGE_PATH"
+        )
 
 
 def test_gravity_is_a_downward_number_or_a_vector() -> None:
@@ -127,8 +129,8 @@ def test_limits_that_the_urdf_leaves_out_are_infinite_and_reported(
     np.testing.assert_array_equal(arm.upper, [1, np.inf])
     np.testing.assert_array_equal(arm.velocity_limit, [2, np.inf])
     assert arm.warnings == (
-        "joint 'elbow': no position limits, taken as unlimited",
-        "joint 'elbow': no velocity limit, taken as unlimited",
+        "joint 'elbow': no position limits; taken as unlimited",
+        "joint 'elbow': no velocity limit; taken as unlimited",
     )
 
 
@@ -227,7 +229,7 @@ def test_a_robot_must_be_a_name_or_a_path(given: Any) -> None:
 def test_urdf_text_in_place_of_a_path_is_recognised() -> None:
     with pytest.raises(ParameterError) as caught:
         load_arm(TWO_JOINTS)
-    sentence = "robot: XML text, expected a name or a path; write the text to a file"
+    sentence = "robot: XML text, expected a name or the path of a URDF; write the text to a file"
     assert str(caught.value) == sentence
 
 

@@ -148,7 +148,7 @@ def test_a_prismatic_joint_without_position_limits_is_unlimited(
     arm = load_arm(urdf(text))
     assert arm.joint_types == ("revolute", "prismatic")
     assert (arm.lower[1], arm.upper[1]) == (-np.inf, np.inf)
-    assert arm.warnings == ("joint 'elbow': no position limits, taken as unlimited",)
+    assert arm.warnings == ("joint 'elbow': no position limits; taken as unlimited",)
 
 
 def test_names_may_have_spaces_and_any_letters(urdf: Callable[..., Path]) -> None:

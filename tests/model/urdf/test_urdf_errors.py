@@ -24,7 +24,7 @@ from ..texts import (
     with_upper,
 )
 
-FINITE = "correct it, or leave an optional attribute out"
+FINITE = "correct it, or delete it if it is optional"
 TYPES = "expected one of revolute, continuous, prismatic, fixed"
 SINGLE_AXIS = "model it with single-axis joints, or make it fixed"
 NO_EFFORT = (
@@ -67,21 +67,21 @@ BAD = {
     ),
     "a single link": (
         robot(BASE),
-        " no joint moves, expected at least one free joint; lock fewer joints",
+        " no joint moves, expected at least one free joint; export it with movable joints",
     ),
     "everything fixed": (
         robot(BASE, link("upper"), joint("shoulder", "base", "upper", "fixed")),
-        " no joint moves, expected at least one free joint; lock fewer joints",
+        " no joint moves, expected at least one free joint; export it with movable joints",
     ),
     # the tree
     "two roots": (
         robot(LINKS, '<link name="lonely"/>', SHOULDER, ELBOW),
         " 2 root links (base, lonely), expected exactly one link without a parent; "
-        "join the others to it with fixed joints",
+        "connect them with fixed joints",
     ),
     "a loop": (
         robot(LINKS, SHOULDER, ELBOW, joint("back", "lower", "base")),
-        " link 'base': hangs from a loop of joints, not from a root, expected a tree; "
+        " link 'base': carried by a loop of joints, not by the root link, expected a tree; "
         "remove one joint of the loop",
     ),
     "a loop beside the tree": (
@@ -93,13 +93,13 @@ BAD = {
             joint("there", "x", "y"),
             joint("back", "y", "x"),
         ),
-        " link 'x': hangs from a loop of joints, not from a root, expected a tree; "
+        " link 'x': carried by a loop of joints, not by the root link, expected a tree; "
         "remove one joint of the loop",
     ),
     "a link with two parents": (
         robot(LINKS, SHOULDER, ELBOW, joint("strut", "base", "lower")),
         " joint 'strut': link 'lower' is also the child of joint 'elbow', "
-        "expected a tree: one parent for each link; cut the kinematic loop",
+        "expected a tree: one parent for each link; remove one joint of the kinematic loop",
     ),
     "a link that does not exist": (
         robot(LINKS, SHOULDER, ELBOW, joint("wrist", "lower", "hand")),
@@ -137,7 +137,8 @@ BAD = {
     },
     "zero axis": (
         with_elbow(f'<axis xyz="0 0 0"/>{LIMIT}'),
-        " joint 'elbow': the axis is zero, expected a direction; such as <axis xyz=\"0 0 1\"/>",
+        " joint 'elbow': the axis is zero, expected a direction; "
+        'write one, such as <axis xyz="0 0 1"/>',
     ),
     "axis without a direction": (
         with_elbow(f"<axis/>{LIMIT}"),
@@ -149,8 +150,8 @@ BAD = {
     ),
     "lower above upper": (
         with_elbow('<limit lower="1" upper="-1" effort="1"/>'),
-        " joint 'elbow': lower limit 1.0 above upper -1.0, "
-        "expected lower <= upper (0 where not given); correct its <limit>",
+        " joint 'elbow': lower limit 1 is above upper limit -1, "
+        "expected lower <= upper (a missing limit is 0); correct its <limit>",
     ),
     "no room between the limits": (
         with_elbow('<limit lower="0.5" upper="0.5" effort="1"/>'),
@@ -162,7 +163,7 @@ BAD = {
     "zero effort": (with_elbow('<limit lower="-1" upper="1" effort="0"/>'), NO_EFFORT),
     "negative effort": (
         with_elbow('<limit lower="-1" upper="1" effort="-3"/>'),
-        " joint 'elbow': effort is -3, expected effort >= 0; drop the sign",
+        " joint 'elbow': effort is -3, expected effort >= 0; remove the minus sign",
     ),
     "infinite effort": (
         with_elbow('<limit lower="-1" upper="1" effort="inf"/>'),
@@ -170,7 +171,7 @@ BAD = {
     ),
     "negative damping": (
         with_elbow(LIMIT + '<dynamics damping="-1"/>'),
-        " joint 'elbow': damping is -1, expected damping >= 0; drop the sign",
+        " joint 'elbow': damping is -1, expected damping >= 0; remove the minus sign",
     ),
     "mimic of nothing": (
         with_elbow(LIMIT + '<mimic joint="wrist"/>'),
@@ -179,7 +180,7 @@ BAD = {
     ),
     "mimic of itself": (
         with_elbow(LIMIT + '<mimic joint="elbow"/>'),
-        " joint 'elbow': mimics itself, expected a joint that leads and does not mimic; "
+        " joint 'elbow': mimics itself, expected mimic joints that lead to an independent joint; "
         "correct its <mimic>",
     ),
     "mimic loop": (
@@ -188,8 +189,8 @@ BAD = {
             joint("shoulder", "base", "upper", "revolute", LIMIT + '<mimic joint="elbow"/>'),
             joint("elbow", "upper", "lower", "revolute", LIMIT + '<mimic joint="shoulder"/>'),
         ),
-        " joint 'shoulder': mimics itself, through 'elbow', "
-        "expected a joint that leads and does not mimic; correct its <mimic>",
+        " joint 'shoulder': mimics itself through 'elbow', "
+        "expected mimic joints that lead to an independent joint; correct its <mimic>",
     ),
     # bodies
     "negative mass": (
@@ -199,11 +200,11 @@ BAD = {
     "indefinite inertia": (
         with_upper(link("upper", ixy=0.5)),
         " link 'upper': inertia is not positive definite (smallest eigenvalue -0.4 kg m^2), "
-        "expected principal moments >= 0; give it a physical tensor",
+        "expected principal moments >= 0; correct <inertia>",
     ),
     "triangle inequality": (
         with_upper(link("upper", izz=0.9)),
-        " link 'upper': inertia breaks the triangle inequality (0.1 + 0.1 < 0.9 kg m^2), "
+        " link 'upper': inertia violates the triangle inequality (0.1 + 0.1 < 0.9 kg m^2), "
         "expected a tensor that a real body can have; recompute <inertia> from the geometry",
     ),
     "mass is not a number": (
@@ -221,7 +222,7 @@ BAD = {
     "inertial without mass": (
         with_upper(link("upper").replace('<mass value="1"/>', "")),
         " link 'upper': <inertial> without <mass>, expected <mass> and <inertia>; "
-        "add it, or delete the <inertial> of a massless link",
+        "add it, or delete the <inertial> if the link is massless",
     ),
     "inertia without a component": (
         with_upper(link("upper").replace('iyz="0"', "")),
@@ -282,8 +283,8 @@ def test_an_unknown_locked_joint_lists_the_known_ones(urdf: Callable[..., Path])
 def test_a_mimic_joint_cannot_be_locked(urdf: Callable[..., Path]) -> None:
     file = urdf(with_elbow(LIMIT + '<mimic joint="shoulder"/>'))
     assert sentence_of(file, lock="elbow") == (
-        f"{file}: joint 'elbow': a mimic joint cannot be locked, expected a joint with a "
-        "coordinate of its own; lock 'shoulder', which it mimics"
+        f"{file}: joint 'elbow': a mimic joint cannot be locked, "
+        "expected an independent joint; lock 'shoulder', which it mimics"
     )
 
 
@@ -297,7 +298,8 @@ def test_all_joints_locked(urdf: Callable[..., Path]) -> None:
 def test_an_unphysical_link_that_does_not_move_is_only_warned_of(
     urdf: Callable[..., Path],
 ) -> None:
+    warning = "mass is -1 kg; ignored because the link does not move"
     arm = load_arm(urdf(robot(link("base", -1), link("upper"), SHOULDER)))
-    assert arm.warnings == ("link 'base': mass is -1 kg; ignored, it does not move",)
+    assert arm.warnings == (f"link 'base': {warning}",)
     locked = load_arm(urdf(with_upper(link("upper", -1))), lock="shoulder")
-    assert locked.warnings == ("link 'upper': mass is -1 kg; ignored, it does not move",)
+    assert locked.warnings == (f"link 'upper': {warning}",)
