@@ -12,7 +12,8 @@ for each value before the part is made, so that it can report all that are wrong
 
 import math
 import types
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from numbers import Integral, Real
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
@@ -45,10 +46,16 @@ def check_fields(part: Any) -> None:
         check_field(cls, name, getattr(part, name))
 
 
-def check_field(part: type, name: str, value: Any) -> None:
+def check_field(part: type, name: str, value: Any, subject: str = "") -> None:
     """Check one value as the field of a dataclass declares; a field without a check takes any.
 
     A `Literal` is a check by itself. None is right where the type allows it.
+
+    Args:
+        part: The dataclass.
+        name: Name of the field.
+        value: Its value.
+        subject: How messages name the value; ``Gains c1`` by default.
 
     Raises:
         FtcfaError: If the value is wrong; it carries the field's name.
@@ -58,10 +65,17 @@ def check_field(part: type, name: str, value: Any) -> None:
     check, optional = declared(part)[name]
     if value is None and optional:
         return
+    with about(name):
+        check.function(subject or f"{part.__name__} {name}", value, *filter(None, [check.unit]))
+
+
+@contextmanager
+def about(field: str) -> Iterator[None]:
+    """Errors inside are about a field, or about a field of the part that it holds."""
     try:
-        check.function(f"{part.__name__} {name}", value, *filter(None, [check.unit]))
+        yield
     except FtcfaError as error:
-        error.field = name
+        error.field = f"{field}.{error.field}" if error.field else field
         raise
 
 
@@ -96,6 +110,16 @@ def flag(subject: str, value: Any) -> None:
         raise ParameterError(subject, repr(value), "True or False")
 
 
+def having(method: str, expected: str) -> Callable[[str, Any], None]:
+    """The check that a part has a method, such as ``mass_matrix`` of an arm."""
+
+    def check(subject: str, part: Any) -> None:
+        if not hasattr(part, method):
+            raise ParameterError(subject, f"a {type(part).__name__}", expected)
+
+    return check
+
+
 def is_number(value: Any) -> bool:
     """Whether a value is a finite real number; True and False are not."""
     if not isinstance(value, Real) or isinstance(value, bool):
@@ -112,10 +136,10 @@ def number(subject: str, value: Any, unit: str = "") -> None:
         raise ParameterError(subject, repr(value), _with_unit("a finite number", unit))
 
 
-def positive(subject: str, value: Any, unit: str = "") -> None:
+def positive(subject: str, value: Any, unit: str = "", *, field: str = "") -> None:
     """Raise ParameterError unless a value is a finite number above zero."""
     if not (is_number(value) and value > 0):
-        raise ParameterError(subject, repr(value), _with_unit("a number > 0", unit))
+        raise ParameterError(subject, repr(value), _with_unit("a number > 0", unit), field=field)
 
 
 def not_negative(subject: str, value: Any, unit: str = "") -> None:
@@ -149,7 +173,9 @@ def natural(subject: str, value: Any) -> int:
     return int(value)
 
 
-def numbers(subject: str, values: npt.ArrayLike, *, field: str = "") -> Array:
+def numbers(
+    subject: str, values: npt.ArrayLike, expected: str = "numbers", *, field: str = ""
+) -> Array:
     """A new float array of the values, of any shape, finite or not.
 
     Raises:
@@ -158,7 +184,37 @@ def numbers(subject: str, values: npt.ArrayLike, *, field: str = "") -> Array:
     try:
         return np.array(values, dtype=float)
     except (TypeError, ValueError) as error:
-        raise ParameterError(subject, repr(values), "numbers", field=field) from error
+        raise ParameterError(subject, repr(values), expected, field=field) from error
+
+
+def finite_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
+    """Raise a FtcfaError unless the values are a finite number or a list of them."""
+    _check_each(subject, values, np.isfinite, _with_unit("finite numbers", unit))
+
+
+def positive_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
+    """Raise a FtcfaError unless the values are a finite number > 0 or a list of them."""
+    expected = _with_unit("numbers > 0", unit)
+    _check_each(subject, values, lambda x: np.isfinite(x) & (x > 0), expected)
+
+
+def not_negative_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
+    """Raise a FtcfaError unless the values are a finite number >= 0 or a list of them."""
+    expected = _with_unit("numbers >= 0", unit)
+    _check_each(subject, values, lambda x: np.isfinite(x) & (x >= 0), expected)
+
+
+def _check_each(
+    subject: str,
+    values: npt.ArrayLike,
+    admissible: Callable[[Array], npt.NDArray[np.bool_]],
+    expected: str,
+) -> None:
+    array = numbers(subject, values, expected)
+    if array.ndim > 1 or array.size == 0:
+        raise ShapeError(subject, f"shape {array.shape}", "a number or a list of numbers")
+    if not np.all(admissible(array)):
+        raise ParameterError(subject, f"{array.tolist()}", expected)
 
 
 def vector(subject: str, values: npt.ArrayLike, n: int, *, field: str = "") -> Array:

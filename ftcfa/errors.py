@@ -11,7 +11,8 @@ class FtcfaError(Exception):
         got: What was found there.
         expected: What should stand there.
         remedy: What the user can do about it.
-        field: Name of the constructor's argument that is at fault, if it is one of them.
+        field: Name of the constructor's argument that is at fault, if it is one of them; dotted if
+            the fault is in a part of the argument, such as ``specification.within``.
     """
 
     def __init__(

@@ -690,8 +690,8 @@ BROKEN = {
     "two gains out of range": (
         "c1 = 8", "c1 = 0, c2 = -1",
         [
-            "e.toml: [controller.gains] c1: 0.0, expected a number > 0",
-            "e.toml: [controller.gains] c2: -1.0, expected a number > 0",
+            "e.toml: [controller.gains] c1: 0.0, expected a number > 0 [rad^(1-kappa)/s]",
+            "e.toml: [controller.gains] c2: -1.0, expected a number > 0 [(rad/s)^(1-kappa)/s]",
         ],
     ),
     "tolerance out of range": (
@@ -932,7 +932,7 @@ excitation = { type = "WhiteNoise", intensity = -1, convention = "dB" }
             "e.toml: [arm] gravty: unknown key; did you mean 'gravity'?",
             f"e.toml: [arm] robot: 'ur55', expected one of: {ROBOTS}; did you mean 'ur5'?",
             "e.toml: [controller.gains] kappa: true, expected a number",
-            "e.toml: [controller.gains] c1: -1.0, expected a number > 0",
+            "e.toml: [controller.gains] c1: -1.0, expected a number > 0 [rad^(1-kappa)/s]",
             "e.toml: [reference] phase: a table, expected numbers",
             "e.toml: [vibration.input] axes: 'w', expected such as \"xyz\" or \"xz\"",
             "e.toml: [vibration.excitation] intensity: -1.0, "

@@ -2,15 +2,24 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Annotated, Any, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, positive, vector
+from ftcfa.checks import (
+    Check,
+    about,
+    check_fields,
+    counting,
+    having,
+    known_name,
+    positive,
+    vector,
+)
 from ftcfa.control.protocol import Controller, Desired, Signals
-from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
 from ftcfa.model.arm import Arm
@@ -22,6 +31,8 @@ from ftcfa.vibration.vibration import Vibration
 
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
 """The process of a loop that nothing shakes."""
+A_LAW = "a control law with init and step, such as FTCF(arm)"
+A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
 DIVERGED = 1e4
 """A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
 
@@ -76,6 +87,11 @@ class LoopState(NamedTuple):
         return self.motion.v
 
 
+def check_integrator(subject: str, name: Any) -> None:
+    """Raise UnknownNameError unless a name is that of an integrator."""
+    known_name(subject, name, INTEGRATORS)
+
+
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:
     """An arm, its controller, its reference and what shakes it, sampled.
@@ -100,49 +116,37 @@ class ClosedLoop:
         observer: What watches every path, or None.
     """
 
-    arm: Dynamics
-    controller: Controller
-    reference: Reference
-    vibration: Vibration | None = None
-    period: float = 1e-3
-    substeps: int = 1
-    integrator: str = "euler-maruyama"
+    arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
+    controller: Annotated[Controller, Check(having("step", A_LAW))]
+    reference: Annotated[Reference, Check(having("at", A_REFERENCE))]
+    vibration: Annotated[
+        Vibration | None, Check(having("excitation", "a Vibration(input, excitation), or None"))
+    ] = None
+    period: Annotated[float, Check(positive, "s")] = 1e-3
+    substeps: Annotated[int, Check(counting)] = 1
+    integrator: Annotated[str, Check(check_integrator)] = "euler-maruyama"
     q0: npt.ArrayLike | None = None
     v0: npt.ArrayLike | None = None
-    uncertainty: Uncertainty | None = None
+    uncertainty: Annotated[Uncertainty | None, Check(having("draw", "an Uncertainty, or None"))] = (
+        None
+    )
     observer: Observer | None = None
 
     def __post_init__(self) -> None:
-        self._check_parts()
-        n = self.arm.n
-        positive("period", self.period, "s")
-        counting("substeps", self.substeps)
-        if self.integrator not in INTEGRATORS:
-            raise UnknownNameError("integrator", self.integrator, list(INTEGRATORS))
-        if self.reference.n != n:
-            raise ShapeError(
-                "reference", f"{self.reference.n} joints", f"{n}: {', '.join(self.arm.joint_names)}"
-            )
-        q0 = self.arm.home if self.q0 is None else self.q0
-        object.__setattr__(self, "q0", vector("q0", q0, n))
-        object.__setattr__(self, "v0", vector("v0", 0.0 if self.v0 is None else self.v0, n))
-        _ = self.process  # checks that the excitation goes with the step
-
-    def _check_parts(self) -> None:
-        parts = (
-            ("arm", "mass_matrix", "an Arm, such as load_arm gives"),
-            ("controller", "step", "a control law with init and step, such as FTCF(arm)"),
-            ("reference", "at", "a reference, such as Sinusoid(offset=arm.home)"),
-            ("vibration", "excitation", "a Vibration(input, excitation), or None"),
-            ("uncertainty", "draw", "an Uncertainty, or None"),
-        )
-        for name, method, expected in parts:
-            part = getattr(self, name)
-            optional = name in ("vibration", "uncertainty")
-            if not hasattr(part, method) and not (part is None and optional):
-                raise ParameterError(f"ClosedLoop {name}", f"a {type(part).__name__}", expected)
+        check_fields(self)
         if self.uncertainty is not None:
-            self.uncertainty.check(cast(Arm, self.arm))
+            with about("uncertainty"):
+                self.uncertainty.check(cast(Arm, self.arm))
+        n, joints = self.arm.n, ", ".join(self.arm.joint_names)
+        if self.reference.n != n:
+            got = f"{self.reference.n} joints"
+            raise ShapeError("ClosedLoop reference", got, f"{n}: {joints}", field="reference")
+        q0 = self.arm.home if self.q0 is None else self.q0
+        v0 = 0.0 if self.v0 is None else self.v0
+        object.__setattr__(self, "q0", vector("ClosedLoop q0", q0, n, field="q0"))
+        object.__setattr__(self, "v0", vector("ClosedLoop v0", v0, n, field="v0"))
+        with about("vibration"):
+            _ = self.process  # checks that the excitation goes with the step
 
     @cached_property
     def process(self) -> Process:

@@ -6,11 +6,10 @@ Deforming the body, x -> F x + d, and scaling its density maps J to s T J T^T, w
 positive (semi)definite whatever the draw: no draw can be unphysical.
 """
 
-from numbers import Real
-
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import is_number
 from ftcfa.errors import ParameterError, ShapeError
 
 UNPHYSICAL = 1e-9
@@ -144,8 +143,9 @@ def check_inertias(subject: str, parameters: Array, bodies: int) -> None:
         )
 
 
-def check_spread(subject: str, value: float) -> None:
+def check_spread(subject: str, value: float, unit: str = "") -> None:
     """Raise ParameterError unless a spread is a number from 0 to LARGEST_SPREAD."""
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if not (number and 0 <= value <= LARGEST_SPREAD):
-        raise ParameterError(subject, repr(value), f"a number from 0 to {LARGEST_SPREAD:g}")
+    if not (is_number(value) and 0 <= value <= LARGEST_SPREAD):
+        raise ParameterError(
+            subject, repr(value), f"a number from 0 to {LARGEST_SPREAD:g}{unit and f' [{unit}]'}"
+        )

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.special import ndtr
 
 from ftcfa.arrays import Array
-from ftcfa.checks import natural, vector
+from ftcfa.checks import Check, check_fields, natural, vector
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.model.arm import Arm
 from ftcfa.model.inertia import (
@@ -21,7 +21,6 @@ from ftcfa.model.tree import BodyFrame, KinematicTree
 from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
-DISTRIBUTIONS = ("log-normal", "bounded")
 DEVIATES = 12
 """Random numbers of a joint and its body: mass, centre (3), strains (3), shears (3), damping and
 Coulomb friction."""
@@ -30,6 +29,14 @@ CHUNK = 512
 """Robots drawn at once: few enough to stay in the processor's cache."""
 TIE_DIGITS = 9
 """Ways that differ by less than a nanometre are as long."""
+
+
+def check_payload(subject: str, payload: tuple[float, float], unit: str) -> None:
+    """Raise a FtcfaError unless a payload is two masses, the smaller one first."""
+    low, high = vector(subject, payload, 2).tolist()
+    if not 0 <= low <= high:
+        got = f"({low:g}, {high:g})"
+        raise ParameterError(subject, got, f"0 <= smallest <= largest [{unit}]")
 
 
 @dataclass(frozen=True)
@@ -65,20 +72,17 @@ class Uncertainty:
             name.
     """
 
-    mass: float = 0.0
-    centre: float = 0.0
-    shape: float = 0.0
-    friction: float = 0.0
-    payload: tuple[float, float] | None = None
+    mass: Annotated[float, Check(check_spread)] = 0.0
+    centre: Annotated[float, Check(check_spread, "m")] = 0.0
+    shape: Annotated[float, Check(check_spread)] = 0.0
+    friction: Annotated[float, Check(check_spread)] = 0.0
+    payload: Annotated[tuple[float, float] | None, Check(check_payload, "kg")] = None
     payload_frame: str | None = None
     payload_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     distribution: Distribution = "log-normal"
 
     def __post_init__(self) -> None:
-        if self.distribution not in DISTRIBUTIONS:
-            raise UnknownNameError("distribution", str(self.distribution), DISTRIBUTIONS)
-        for name in ("mass", "centre", "shape", "friction"):
-            check_spread(f"Uncertainty {name}", getattr(self, name))
+        check_fields(self)
         for name in ("mass", "friction"):
             if self.distribution == "bounded" and getattr(self, name) >= 1:
                 raise ParameterError(
@@ -86,15 +90,13 @@ class Uncertainty:
                     repr(getattr(self, name)),
                     "a number below 1",
                     'take distribution="log-normal" for larger spreads',
+                    field=name,
                 )
-        offset = vector("Uncertainty payload_offset", self.payload_offset, 3)
+        subject = "Uncertainty payload_offset"
+        offset = vector(subject, self.payload_offset, 3, field="payload_offset")
         object.__setattr__(self, "payload_offset", tuple(offset.tolist()))
         if self.payload is not None:
             low, high = vector("Uncertainty payload", self.payload, 2).tolist()
-            if not 0 <= low <= high:
-                raise ParameterError(
-                    "Uncertainty payload", f"({low:g}, {high:g})", "0 <= smallest <= largest [kg]"
-                )
             object.__setattr__(self, "payload", (low, high))
         elif self.payload_frame is not None or np.any(offset):
             raise ParameterError(
@@ -102,6 +104,7 @@ class Uncertainty:
                 "no payload",
                 "a payload that is there",
                 "give payload=(smallest, largest)",
+                field="payload",
             )
 
     def draw(self, arm: Arm, seed: int, paths: Iterable[int]) -> dict[str, Array]:
@@ -156,6 +159,7 @@ class Uncertainty:
                 "no friction",
                 "an arm with damping or Coulomb friction",
                 "write <dynamics> into its URDF, or leave friction out",
+                field="friction",
             )
         if self.payload is not None:
             self._carrier(arm)
@@ -167,13 +171,16 @@ class Uncertainty:
             return tree.frames[_tip(arm, tree)]
         if self.payload_frame not in tree.frames:
             known = tuple(tree.frames)
-            raise UnknownNameError(f"payload_frame of {arm.name}", str(self.payload_frame), known)
+            subject = f"payload_frame of {arm.name}"
+            name = str(self.payload_frame)
+            raise UnknownNameError(subject, name, known, field="payload_frame")
         frame = tree.frames[self.payload_frame]
         if not any(arm.G[j].any() for j in _joints_above(tree, frame)):
             raise ParameterError(
                 f"payload_frame '{self.payload_frame}' of {arm.name}",
                 "a frame that no joint moves",
                 f"one that carries its payload, such as '{_tip(arm, tree)}'",
+                field="payload_frame",
             )
         return frame
 

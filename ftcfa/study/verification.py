@@ -6,13 +6,22 @@ Paths are run and looked at in their order until a sequential test knows the ans
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, natural, positive, probability, vector
+from ftcfa.checks import (
+    Check,
+    check_fields,
+    counting,
+    natural,
+    positive,
+    positive_numbers,
+    probability,
+    vector,
+)
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -33,6 +42,13 @@ REASONS = {
 """Metrics that are limited, in words."""
 
 
+def check_confidence(subject: str, value: float) -> None:
+    """Raise ParameterError unless a confidence is one that the sequential test can reach."""
+    probability(subject, value)
+    if 1 - value > LARGEST_BETA:
+        raise ParameterError(subject, f"{value:g}", "2/3 or more")
+
+
 @dataclass(frozen=True, eq=False)
 class Specification:
     """What a run has to keep, and how many runs.
@@ -48,26 +64,16 @@ class Specification:
         budget: Largest number of paths to run.
     """
 
-    error: float
-    within: float
-    effort: npt.ArrayLike | None = None
-    torque_rate: npt.ArrayLike | None = None
-    share: float = 0.95
-    confidence: float = 0.95
-    budget: int = 10_000
+    error: Annotated[float, Check(positive, "rad or m")]
+    within: Annotated[float, Check(positive, "s")]
+    effort: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m or N")] = None
+    torque_rate: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m/s or N/s")] = None
+    share: Annotated[float, Check(probability)] = 0.95
+    confidence: Annotated[float, Check(check_confidence)] = 0.95
+    budget: Annotated[int, Check(counting)] = 10_000
 
     def __post_init__(self) -> None:
-        positive("Specification error", self.error, "rad or m")
-        positive("Specification within", self.within, "s")
-        probability("Specification share", self.share)
-        probability("Specification confidence", self.confidence)
-        if 1 - self.confidence > LARGEST_BETA:
-            raise ParameterError("Specification confidence", f"{self.confidence:g}", "2/3 or more")
-        counting("Specification budget", self.budget)
-        for name in ("effort", "torque_rate"):
-            limit = getattr(self, name)
-            if limit is not None and not np.all(vector(name, limit, np.size(limit)) > 0):
-                raise ParameterError(f"Specification {name}", repr(limit), "numbers > 0")
+        check_fields(self)
 
     def check(self, loop: ClosedLoop, duration: float) -> None:
         """Raise ParameterError or ShapeError unless it can be asked of runs of a loop."""
@@ -76,6 +82,7 @@ class Specification:
                 "Specification within",
                 f"{self.within:g} s",
                 f"less than the duration of {duration:g} s",
+                field="within",
             )
         self.limits(loop.arm.n)
 
@@ -85,7 +92,7 @@ class Specification:
         for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
             limit = getattr(self, name)
             if limit is not None:
-                limits[metric] = vector(f"Specification {name}", limit, n)
+                limits[metric] = vector(f"Specification {name}", limit, n, field=name)
         return limits
 
 

@@ -4,11 +4,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ParameterError
 
 EACH = "one for each channel of the noise input, or choose fewer of its axes"
@@ -90,6 +91,21 @@ class Excitation(ABC):
         return Superposition((self, other))
 
 
+def checked_parts(subject: str, parts: Any) -> tuple[Excitation, ...]:
+    """The parts as a tuple.
+
+    Raises:
+        ParameterError: If there is none, or one is no excitation.
+    """
+    found = tuple(parts) if isinstance(parts, Iterable) else (parts,)
+    for part in found:
+        if not hasattr(part, "process"):
+            raise ParameterError(subject, repr(part), "an excitation")
+    if not found:
+        raise ParameterError(subject, "none", "one excitation or more")
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class Superposition(Excitation):
     """The sum of independent excitations, such as sine on random: what ``a + b`` makes.
@@ -102,10 +118,11 @@ class Superposition(Excitation):
         ParameterError: If a part is no excitation.
     """
 
-    parts: Sequence[Excitation]
+    parts: Annotated[Sequence[Excitation], Check(checked_parts)]
 
     def __post_init__(self) -> None:
-        parts = checked_parts("Superposition", self.parts)
+        check_fields(self)
+        parts = checked_parts("Superposition parts", self.parts)
         flat = [p.parts if isinstance(p, Superposition) else (p,) for p in parts]
         object.__setattr__(self, "parts", tuple(part for some in flat for part in some))
 
@@ -185,21 +202,6 @@ class SummedProcess(JointProcess):
         """See `Process.integrals`."""
         rates, angles = self.integrals_of_parts(state, row)
         return sum(rates[1:], rates[0]), sum(angles[1:], angles[0])
-
-
-def checked_parts(subject: str, parts: Any) -> tuple[Excitation, ...]:
-    """The parts as a tuple.
-
-    Raises:
-        ParameterError: If there is none, or one is no excitation.
-    """
-    found = tuple(parts) if isinstance(parts, Iterable) else (parts,)
-    for part in found:
-        if not hasattr(part, "process"):
-            raise ParameterError(f"{subject} part", repr(part), "an excitation")
-    if not found:
-        raise ParameterError(f"{subject} parts", "none", "one excitation or more")
-    return found
 
 
 def _shares(normals: Array, counts: Sequence[int]) -> list[Array]:

@@ -8,14 +8,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, numbers, positive
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.vibration.columns import read_columns
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
@@ -32,6 +32,19 @@ GAP = 1.5
 """A time step this many times the median step is a gap."""
 
 
+def check_values(subject: str, given: npt.ArrayLike, unit: str) -> None:
+    """Raise ParameterError unless values are finite, two samples or more of some axes."""
+    values = numbers(subject, given)
+    if values.ndim != 2 or len(values) < 2 or values.shape[1] == 0:
+        got = f"shape {values.shape}"
+        raise ParameterError(subject, got, "(samples, axes), two samples or more")
+    bad = np.argwhere(~np.isfinite(values))
+    if len(bad):
+        sample, axis = bad[0]
+        got = f"{values[sample, axis]} in sample {sample + 1}, axis {axis + 1}"
+        raise ParameterError(subject, got, f"finite numbers [{unit}]")
+
+
 @dataclass(frozen=True, eq=False)
 class Record:
     """Linear or angular accelerations sampled at even steps.
@@ -43,26 +56,19 @@ class Record:
         notes: Its origin and the changes made to it, in order.
     """
 
-    step: float
-    values: Array
+    step: Annotated[float, Check(positive, "s")]
+    values: Annotated[Array, Check(check_values, "m/s^2 or rad/s^2")]
     axes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        positive("Record step", self.step, "s")
+        check_fields(self)
         values = np.array(self.values, dtype=float)
-        if values.ndim != 2 or len(values) < 2 or values.shape[1] == 0:
-            raise ParameterError(
-                "Record values", f"shape {values.shape}", "(samples, axes), two samples or more"
-            )
-        bad = np.argwhere(~np.isfinite(values))
-        if len(bad):
-            sample, axis = bad[0]
-            got = f"{values[sample, axis]} in sample {sample + 1}, axis {axis + 1}"
-            raise ParameterError("Record values", got, "finite numbers")
         axes = self.axes or tuple(f"axis {k + 1}" for k in range(values.shape[1]))
         if len(axes) != values.shape[1]:
-            raise ParameterError("Record axes", repr(axes), f"{values.shape[1]} names")
+            raise ParameterError(
+                "Record axes", repr(axes), f"{values.shape[1]} names", field="axes"
+            )
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "axes", tuple(axes))

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from numbers import Real
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.checks import Check, about, check_fields, having, not_negative
+from ftcfa.errors import ShapeError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, Shaking, noise_input
@@ -38,17 +38,14 @@ class Vibration:
     """
 
     input: NoiseInput | Callable[[Any, Array], Array]
-    excitation: Excitation
-    level: float = 1.0
+    excitation: Annotated[Excitation, Check(having("process", "an excitation"))]
+    level: Annotated[float, Check(not_negative)] = 1.0
 
     def __post_init__(self) -> None:
         if callable(self.input) and not hasattr(self.input, "matrix"):
             object.__setattr__(self, "input", InputFunction(self.input))
         _ = self._input  # checks it
-        if not hasattr(self.excitation, "process"):
-            raise ParameterError("Vibration excitation", repr(self.excitation), "an excitation")
-        if not (isinstance(self.level, Real) and 0 <= self.level < np.inf):
-            raise ParameterError("Vibration level", repr(self.level), "a number >= 0")
+        check_fields(self)
 
     @property
     def _input(self) -> NoiseInput:
@@ -61,12 +58,14 @@ class Vibration:
             ShapeError: If it has not as many channels as the noise input.
             ParameterError: If the step is too long for it, or the input asks for another.
         """
-        shape = np.shape(self._input.matrix(arm, arm.home))
+        with about("input"):
+            shape = np.shape(self._input.matrix(arm, arm.home))
         if len(shape) != 2 or shape[0] != arm.n:
             own = getattr(self.input, "function", type(self.input))
             name = getattr(own, "__name__", type(own).__name__)
             raise ShapeError(f"matrix of {name}", f"shape {shape}", f"({arm.n}, channels)")
-        process = self.excitation.process(shape[1], step)
+        with about("excitation"):
+            process = self.excitation.process(shape[1], step)
         self._input.check(process)
         return process
 

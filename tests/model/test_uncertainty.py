@@ -312,7 +312,9 @@ def test_the_robot_of_a_path_is_an_arm() -> None:
 def test_impossible_spreads_are_refused(field: str, value: object) -> None:
     with pytest.raises(ParameterError) as caught:
         Uncertainty(**{field: value})  # type: ignore[arg-type]
-    assert str(caught.value) == f"Uncertainty {field}: {value!r}, expected a number from 0 to 2"
+    unit = " [m]" if field == "centre" else ""
+    sentence = f"Uncertainty {field}: {value!r}, expected a number from 0 to 2{unit}"
+    assert (str(caught.value), caught.value.field) == (sentence, field)
 
 
 @pytest.mark.parametrize("field", ["mass", "friction"])

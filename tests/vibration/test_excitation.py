@@ -134,9 +134,9 @@ def test_one_record_only():
 
 @pytest.mark.parametrize("other", [3, "noise", None, [WhiteNoise()]])
 def test_what_is_no_excitation_is_not_added(other):
-    with pytest.raises(ParameterError, match=r"Superposition part: .*, expected an excitation"):
+    with pytest.raises(ParameterError, match=r"Superposition parts: .*, expected an excitation"):
         WhiteNoise(0.1) + other
-    with pytest.raises(ParameterError, match=r"Stacked part: .*, expected an excitation"):
+    with pytest.raises(ParameterError, match=r"Stacked parts: .*, expected an excitation"):
         Stacked((WhiteNoise(0.1), other))
 
 

@@ -1,14 +1,20 @@
 """Harmonic excitation, and the process of any sum of sinusoids."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import vector
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.checks import (
+    Check,
+    check_fields,
+    finite_numbers,
+    not_negative_numbers,
+    positive_numbers,
+    vector,
+)
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
 
@@ -31,15 +37,12 @@ class Harmonic(Excitation):
         ParameterError, ShapeError: If one is not a number or numbers, or out of range.
     """
 
-    amplitude: npt.ArrayLike
-    frequency: npt.ArrayLike
-    phase: npt.ArrayLike | None = None
+    amplitude: Annotated[npt.ArrayLike, Check(not_negative_numbers, "m/s^2")]
+    frequency: Annotated[npt.ArrayLike, Check(positive_numbers, "Hz")]
+    phase: Annotated[npt.ArrayLike | None, Check(finite_numbers, "rad")] = None
 
     def __post_init__(self) -> None:
-        check_numbers("Harmonic amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")
-        check_numbers("Harmonic frequency", self.frequency, _above_zero, "numbers > 0 [Hz]")
-        if self.phase is not None:
-            check_numbers("Harmonic phase", self.phase, np.isfinite, "finite numbers [rad]")
+        check_fields(self)
 
     def process(self, channels: int, step: float) -> "TonesProcess":
         """See `Excitation.process`; the step must resolve the highest frequency."""
@@ -141,35 +144,3 @@ def check_frequency(frequency: float, step: float) -> None:
         ParameterError: Naming the frequency, the step and the substeps needed.
     """
     check_step(Spectrum(np.array([0.5, 1.0]) * frequency, np.ones(2)), step)
-
-
-def check_numbers(
-    subject: str,
-    values: npt.ArrayLike,
-    admissible: Callable[[Array], npt.NDArray[np.bool_]],
-    expected: str,
-) -> None:
-    """Refuse what is neither a number nor one a channel, or not admissible.
-
-    Raises:
-        ParameterError: If an entry is no number, or not admissible.
-        ShapeError: If there are none, or more than one dimension.
-    """
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(subject, repr(values), expected) from error
-    if array.ndim > 1 or array.size == 0:
-        raise ShapeError(subject, f"shape {array.shape}", "a number, or one a channel")
-    if not np.all(admissible(array)):
-        raise ParameterError(subject, f"{array.tolist()}", expected)
-
-
-def not_negative(x: Array) -> npt.NDArray[np.bool_]:
-    """Which numbers are finite and at least zero."""
-    return np.isfinite(x) & (x >= 0)
-
-
-def _above_zero(x: Array) -> npt.NDArray[np.bool_]:
-    """Which numbers are finite and above zero."""
-    return np.isfinite(x) & (x > 0)

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting
+from ftcfa.checks import Check, check_fields, counting
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation
 from ftcfa.vibration.excitations.harmonic import TonesProcess, check_frequency
@@ -59,6 +59,15 @@ def spectral_lines(spectrum: Spectrum, lines: int) -> SpectralLines:
     return SpectralLines(frequencies[some], np.sqrt(2.0 * powers[some]), 1.0 / distance)
 
 
+def spectra_of(subject: str, axes: Specification | Sequence[Specification]) -> tuple[Spectrum, ...]:
+    """The spectrum of each axis.
+
+    Raises:
+        UnknownNameError, ParameterError: If an axis has none.
+    """
+    return tuple(spectrum_of(axis) for axis in several(subject, axes))
+
+
 @dataclass(frozen=True, eq=False)
 class RandomPhase(Excitation):
     """Random vibration as sums of lines whose phases are drawn for each path.
@@ -81,18 +90,17 @@ class RandomPhase(Excitation):
         ParameterError: If an axis is no spectrum, or ``lines`` no number of lines.
     """
 
-    axes: Specification | Sequence[Specification]
-    lines: int = 200
+    axes: Annotated[Specification | Sequence[Specification], Check(spectra_of)]
+    lines: Annotated[int, Check(counting)] = 200
 
     def __post_init__(self) -> None:
+        check_fields(self)
         object.__setattr__(self, "axes", several("RandomPhase axes", self.axes))
-        counting("RandomPhase lines", self.lines)
-        _ = self.spectra  # checks them
 
     @cached_property
     def spectra(self) -> tuple[Spectrum, ...]:
         """The spectrum of each channel."""
-        return tuple(spectrum_of(axis) for axis in several("RandomPhase axes", self.axes))
+        return spectra_of("RandomPhase axes", self.axes)
 
     @cached_property
     def sums(self) -> tuple[SpectralLines, ...]:

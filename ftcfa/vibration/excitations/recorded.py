@@ -2,13 +2,14 @@
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.record import Record
@@ -20,6 +21,17 @@ SWING = 0.5
 """Largest integral of the integral of a record that may turn a base: more is drift [rad]."""
 ROUNDING = 1e-9
 """Of a whole number of steps in a record, relative."""
+
+
+def check_record(subject: str, record: Any) -> None:
+    """Raise ParameterError unless a record is a `Record`."""
+    if not isinstance(record, Record):
+        raise ParameterError(
+            subject,
+            f"a {type(record).__name__}",
+            "a Record",
+            "read_record(file) reads one; Record(step, values) holds values of your own",
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,26 +49,20 @@ class RecordedAcceleration(Excitation):
         ParameterError: If the record is none, or the frequency not one that it holds.
     """
 
-    record: Record
+    record: Annotated[Record, Check(check_record)]
     random_start: bool = True
-    high_pass: float | None = None
+    high_pass: Annotated[float | None, Check(positive, "Hz")] = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.record, Record):
-            raise ParameterError(
-                "RecordedAcceleration record",
-                f"a {type(self.record).__name__}",
-                "a Record",
-                "read_record(file) reads one; Record(step, values) holds values of your own",
-            )
+        check_fields(self)
         if self.high_pass is not None:
-            positive("RecordedAcceleration high_pass", self.high_pass, "Hz")
             low, high = 1.0 / self._period, 0.5 / self.record.step
             if not low <= self.high_pass < high:
                 raise ParameterError(
                     "RecordedAcceleration high_pass",
                     f"{self.high_pass:g} Hz",
                     f"at least {low:.4g} Hz, a period of it in the record, and below {high:.4g} Hz",
+                    field="high_pass",
                 )
 
     @property

@@ -4,11 +4,13 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Annotated
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.spectra.filter_fit import FilterFit, fit_filter
@@ -19,6 +21,21 @@ from ftcfa.vibration.spectra.standards import Specification, several, spectrum_o
 
 Axis = Specification | LinearFilter | Road
 """What gives noise its colour: a specification to fit, a filter, or a road under a vehicle."""
+
+
+def sources_of(subject: str, axes: Axis | Sequence[Axis]) -> tuple[Spectrum | LinearFilter, ...]:
+    """The spectrum or filter of each axis.
+
+    Raises:
+        UnknownNameError, ParameterError: If an axis has neither.
+    """
+    return tuple(_source(axis) for axis in several(subject, axes))
+
+
+def _source(axis: Axis) -> Spectrum | LinearFilter:
+    if isinstance(axis, LinearFilter):
+        return axis
+    return axis.filter() if isinstance(axis, Road) else spectrum_of(axis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +52,11 @@ class ShapedNoise(Excitation):
         ParameterError: If an axis is none of these.
     """
 
-    axes: Axis | Sequence[Axis]
+    axes: Annotated[Axis | Sequence[Axis], Check(sources_of)]
 
     def __post_init__(self) -> None:
+        check_fields(self)
         object.__setattr__(self, "axes", several("ShapedNoise axes", self.axes))
-        _ = self._sources  # checks them
 
     @classmethod
     def from_psd(cls, *axes: Axis) -> "ShapedNoise":
@@ -48,8 +65,8 @@ class ShapedNoise(Excitation):
 
     @cached_property
     def _sources(self) -> tuple[Spectrum | LinearFilter, ...]:
-        """The axes, names looked up and roads driven on."""
-        return tuple(_source(axis) for axis in several("ShapedNoise axes", self.axes))
+        """The spectrum or filter of each axis."""
+        return sources_of("ShapedNoise axes", self.axes)
 
     @cached_property
     def filters(self) -> tuple[LinearFilter, ...]:
@@ -146,12 +163,6 @@ def _check_filter(shaping: LinearFilter, step: float) -> None:
             f"substeps={substeps} of the period {1e3 * step:.4g} ms, or a shorter period",
             stacklevel=3,
         )
-
-
-def _source(axis: Axis) -> Spectrum | LinearFilter:
-    if isinstance(axis, LinearFilter):
-        return axis
-    return axis.filter() if isinstance(axis, Road) else spectrum_of(axis)
 
 
 def _fitted(spectrum: Spectrum) -> FilterFit:

@@ -2,14 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting
+from ftcfa.checks import Check, check_fields, counting
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, JointProcess, Process, checked_parts
+
+
+def check_shares(subject: str, channels: int | Sequence[int]) -> None:
+    """Raise ParameterError unless every number of channels is one or more."""
+    for count in channels if isinstance(channels, Sequence) else (channels,):
+        counting(subject, count)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,17 +34,15 @@ class Stacked(Excitation):
         ShapeError: If there are not as many numbers as parts.
     """
 
-    parts: Sequence[Excitation]
-    channels: int | Sequence[int] = 1
+    parts: Annotated[Sequence[Excitation], Check(checked_parts)]
+    channels: Annotated[int | Sequence[int], Check(check_shares)] = 1
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parts", checked_parts("Stacked", self.parts))
-        for count in self.shares:
-            counting("Stacked channels", count)
+        check_fields(self)
+        object.__setattr__(self, "parts", checked_parts("Stacked parts", self.parts))
         if len(self.shares) != len(self.parts):
-            raise ShapeError(
-                "Stacked channels", f"{len(self.shares)} numbers", f"{len(self.parts)} parts"
-            )
+            got = f"{len(self.shares)} numbers"
+            raise ShapeError("Stacked channels", got, f"{len(self.parts)} parts", field="channels")
 
     @property
     def shares(self) -> tuple[int, ...]:

@@ -1,19 +1,18 @@
 """A sine that sweeps through frequencies, up and down, as test benches do."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive, vector
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.checks import Check, check_fields, not_negative_numbers, positive, vector
+from ftcfa.errors import ParameterError
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.excitations.harmonic import check_frequency, check_numbers, not_negative
+from ftcfa.vibration.excitations.harmonic import check_frequency
 
 Kind = Literal["logarithmic", "linear"]
-KINDS = ("logarithmic", "linear")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,22 +37,21 @@ class SineSweep(Excitation):
         ParameterError, ShapeError, UnknownNameError: If one is out of range or unknown.
     """
 
-    amplitude: npt.ArrayLike
-    start: float
-    stop: float
-    duration: float
+    amplitude: Annotated[npt.ArrayLike, Check(not_negative_numbers, "m/s^2")]
+    start: Annotated[float, Check(positive, "Hz")]
+    stop: Annotated[float, Check(positive, "Hz")]
+    duration: Annotated[float, Check(positive, "s")]
     kind: Kind = "logarithmic"
 
     def __post_init__(self) -> None:
-        check_numbers("SineSweep amplitude", self.amplitude, not_negative, "numbers >= 0 [m/s^2]")
-        positive("SineSweep start", self.start, "Hz")
-        positive("SineSweep stop", self.stop, "Hz")
-        positive("SineSweep duration", self.duration, "s")
-        if self.kind not in KINDS:
-            raise UnknownNameError("SineSweep kind", str(self.kind), KINDS)
+        check_fields(self)
         if self.start == self.stop:
             raise ParameterError(
-                "SineSweep stop", f"{self.stop:g} Hz, as start", "two frequencies", "take Harmonic"
+                "SineSweep stop",
+                f"{self.stop:g} Hz, as start",
+                "two frequencies",
+                "take Harmonic",
+                field="stop",
             )
 
     def frequency(self, x: Array) -> Array:

@@ -2,16 +2,31 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields, numbers
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 
 Convention = Literal["psd", "amplitude"]
+
+
+def check_intensity(subject: str, intensity: npt.ArrayLike) -> None:
+    """Raise a FtcfaError unless an intensity is a positive semidefinite varpi."""
+    varpi = numbers(subject, intensity)
+    square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
+    if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
+        raise ShapeError(subject, f"shape {varpi.shape}", "(), (m,) or (m, m)")
+    matrix = varpi if square else np.diag(np.atleast_1d(varpi))
+    rounding = 1e-12 * np.abs(matrix).max()
+    finite = np.all(np.isfinite(matrix))
+    symmetric = finite and np.all(np.abs(matrix - matrix.T) <= rounding)
+    if not symmetric or np.linalg.eigvalsh(matrix)[0] < -rounding:
+        raise ParameterError(subject, f"{varpi.tolist()}", "a positive semidefinite varpi")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,40 +45,26 @@ class WhiteNoise(Excitation):
             paper prints in (4).
     """
 
-    intensity: npt.ArrayLike = 0.1
+    intensity: Annotated[npt.ArrayLike, Check(check_intensity)] = 0.1
     convention: Convention = "psd"
 
     def __post_init__(self) -> None:
-        if self.convention not in ("psd", "amplitude"):
-            raise ParameterError(
-                "WhiteNoise convention", repr(self.convention), '"psd" or "amplitude"'
-            )
-        varpi = self._varpi
-        square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
-        if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
-            raise ShapeError("WhiteNoise intensity", f"shape {varpi.shape}", "(), (m,) or (m, m)")
-        matrix = varpi if square else np.diag(np.atleast_1d(varpi))
-        rounding = 1e-12 * np.abs(matrix).max()
-        finite = np.all(np.isfinite(matrix))
-        symmetric = finite and np.all(np.abs(matrix - matrix.T) <= rounding)
-        if not symmetric or np.linalg.eigvalsh(matrix)[0] < -rounding:
-            raise ParameterError(
-                "WhiteNoise intensity", f"{varpi.tolist()}", "a positive semidefinite varpi"
-            )
+        check_fields(self)
 
     @cached_property
     def _varpi(self) -> Array:
-        try:
-            return np.asarray(self.intensity, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise ParameterError("WhiteNoise intensity", repr(self.intensity), "numbers") from error
+        return numbers("WhiteNoise intensity", self.intensity)
 
     def amplitude(self, channels: int) -> Array:
         """Sigma: the symmetric root of varpi, or varpi itself, shape (m, m)."""
         varpi = self._varpi
         if varpi.ndim > 0 and varpi.shape[0] != channels:
             raise ShapeError(
-                "WhiteNoise intensity", f"{varpi.shape[0]} channels", f"{channels} channels", EACH
+                "WhiteNoise intensity",
+                f"{varpi.shape[0]} channels",
+                f"{channels} channels",
+                EACH,
+                field="intensity",
             )
         matrix = varpi if varpi.ndim == 2 else np.diag(np.broadcast_to(varpi, (channels,)))
         if self.convention == "amplitude":

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Process
@@ -16,6 +17,7 @@ from ftcfa.vibration.inputs.noise_input import (
     Shaking,
     ability,
     check_axes,
+    check_some_axis,
     columns,
 )
 
@@ -48,11 +50,12 @@ class BaseMotion(NoiseInput):
         angular: Axes of the angular acceleration, channels after the linear ones.
     """
 
-    linear: Sequence[str] = "xyz"
-    angular: Sequence[str] = "xyz"
+    linear: Annotated[Sequence[str], Check(check_axes)] = "xyz"
+    angular: Annotated[Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
-        check_axes("BaseMotion linear and angular", self.linear, self.angular)
+        check_fields(self)
+        check_some_axis("BaseMotion linear and angular", self.linear, self.angular)
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q) = -M_qb(q) of the level base at rest, shape (n, m)."""

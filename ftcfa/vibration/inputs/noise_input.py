@@ -3,16 +3,31 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Process
 
 AXES = ("x", "y", "z")
+EXPECTED_AXES = 'such as "xyz" or "xz"'
+
+
+def check_axes(subject: str, axes: Any) -> None:
+    """Raise ParameterError unless axes are some of x, y, z, each once, or none."""
+    given = tuple(axes) if isinstance(axes, Sequence) else (None,)
+    if not (all(axis in AXES for axis in given) and len(set(given)) == len(given)):
+        raise ParameterError(subject, repr(axes), EXPECTED_AXES)
+
+
+def check_some_axis(subject: str, *groups: Sequence[str]) -> None:
+    """Raise ParameterError unless one of the groups of axes has an axis."""
+    if not any(groups):
+        raise ParameterError(subject, ", ".join(map(repr, groups)), EXPECTED_AXES)
 
 
 class Shaking(NamedTuple):
@@ -75,7 +90,7 @@ def noise_input(given: Any) -> NoiseInput:
         return given
     if not hasattr(given, "matrix"):
         expected = "a noise input, or a function (arm, q) -> Lambda(q)"
-        raise ParameterError("Vibration input", repr(given), expected)
+        raise ParameterError("Vibration input", repr(given), expected, field="input")
     return InputFunction(given.matrix)
 
 
@@ -107,10 +122,11 @@ class BaseAcceleration(NoiseInput):
         axes: The axes that shake, in the order of the channels.
     """
 
-    axes: Sequence[str] = "xyz"
+    axes: Annotated[Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
-        check_axes("BaseAcceleration axes", self.axes)
+        check_fields(self)
+        check_some_axis("BaseAcceleration axes", self.axes)
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m) [kg m or kg]."""
@@ -140,7 +156,9 @@ class JointTorque(NoiseInput):
         names = (names,) if isinstance(names, str) else names
         for name in names:
             if name not in arm.joint_names:
-                raise UnknownNameError("JointTorque joint", str(name), arm.joint_names)
+                raise UnknownNameError(
+                    "JointTorque joint", str(name), arm.joint_names, field="joints"
+                )
         return np.eye(arm.n)[:, [arm.joint_names.index(name) for name in names]]
 
 
@@ -158,11 +176,12 @@ class FrameWrench(NoiseInput):
     """
 
     frame: str
-    force: Sequence[str] = "xyz"
-    moment: Sequence[str] = ""
+    force: Annotated[Sequence[str], Check(check_axes)] = "xyz"
+    moment: Annotated[Sequence[str], Check(check_axes)] = ""
 
     def __post_init__(self) -> None:
-        check_axes("FrameWrench force and moment", self.force, self.moment)
+        check_fields(self)
+        check_some_axis("FrameWrench force and moment", self.force, self.moment)
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (n, m) [m, or 1].
@@ -219,14 +238,6 @@ def ability(arm: Dynamics, name: str, subject: str) -> Any:
         got = f"a {type(arm).__name__} without {name}"
         raise ParameterError(f"arm of {subject}", got, "an Arm, such as load_arm gives")
     return getattr(arm, name)
-
-
-def check_axes(subject: str, *groups: Sequence[str]) -> None:
-    """Raise ParameterError unless groups of axes are some of x, y, z, each once."""
-    given = [tuple(axes) if isinstance(axes, Sequence) else (None,) for axes in groups]
-    known = all(axis in AXES for axes in given for axis in axes)
-    if not (known and any(given) and all(len(set(axes)) == len(axes) for axes in given)):
-        raise ParameterError(subject, ", ".join(map(repr, groups)), 'such as "xyz" or "xz"')
 
 
 def columns(linear: Sequence[str], angular: Sequence[str] = "") -> list[int]:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
 
 from ftcfa.arrays import Array
-from ftcfa.checks import positive
+from ftcfa.checks import numbers, positive
 from ftcfa.errors import ParameterError, ShapeError
 
 FIRST_STEP = 0.25
@@ -87,13 +87,10 @@ class LinearFilter:
 
     def __post_init__(self) -> None:
         for name in ("A", "B", "C"):
-            try:
-                matrix = np.array(getattr(self, name), dtype=float)
-            except (TypeError, ValueError) as error:
-                got = repr(getattr(self, name))
-                raise ParameterError(f"LinearFilter {name}", got, "a matrix of numbers") from error
+            subject, given = f"LinearFilter {name}", getattr(self, name)
+            matrix = numbers(subject, given, "a matrix of numbers", field=name)
             if not np.all(np.isfinite(matrix)):
-                raise ParameterError(f"LinearFilter {name}", f"{matrix.tolist()}", "finite numbers")
+                raise ParameterError(subject, f"{matrix.tolist()}", "finite numbers", field=name)
             matrix.setflags(write=False)
             object.__setattr__(self, name, matrix)
         shapes = [self.A.shape, self.B.shape, self.C.shape]
@@ -109,6 +106,7 @@ class LinearFilter:
                 f"an eigenvalue of real part {worst:.3g}",
                 "all real parts < 0",
                 "only a stable filter has a stationary state",
+                field="A",
             )
 
     @property

@@ -21,12 +21,13 @@ continues the line beyond. Longer waves hardly accelerate the vehicle; shorter o
 patch bridges, are far above the wheel's resonance.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from ftcfa.checks import positive
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.checks import Check, check_fields, known_name, positive
+from ftcfa.errors import ParameterError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
 
 PROVENANCE = "ISO 8608 as quoted in the open literature; unverified in the standard itself"
@@ -58,15 +59,14 @@ class QuarterCar:
         tyre_stiffness: k_t [N/m].
     """
 
-    sprung_mass: float
-    unsprung_mass: float
-    suspension_stiffness: float
-    suspension_damping: float
-    tyre_stiffness: float
+    sprung_mass: Annotated[float, Check(positive, "kg")]
+    unsprung_mass: Annotated[float, Check(positive, "kg")]
+    suspension_stiffness: Annotated[float, Check(positive, "N/m")]
+    suspension_damping: Annotated[float, Check(positive, "N s/m")]
+    tyre_stiffness: Annotated[float, Check(positive, "N/m")]
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            positive(f"QuarterCar {field.name}", getattr(self, field.name))
+        check_fields(self)
 
     def filter(self) -> LinearFilter:
         """From the road's velocity z_r', white of intensity 1 m^2/s, to the acceleration z_s''.
@@ -101,8 +101,7 @@ def road_roughness(road_class: str) -> float:
     Raises:
         UnknownNameError: If it is none of A to F.
     """
-    if road_class not in ROAD_CLASSES:
-        raise UnknownNameError("ISO 8608 road class", str(road_class), tuple(ROAD_CLASSES))
+    known_name("ISO 8608 road class", road_class, ROAD_CLASSES)
     return ROAD_CLASSES[road_class]
 
 
@@ -122,6 +121,19 @@ def road_velocity_intensity(road_class: str, speed: float) -> float:
     return 2.0 * np.pi**2 * road_roughness(road_class) * REFERENCE_FREQUENCY**2 * speed
 
 
+def check_road_class(subject: str, name: Any) -> None:
+    """Raise UnknownNameError unless a name is that of a road class."""
+    known_name(subject, name, ROAD_CLASSES)
+
+
+def check_vehicle(subject: str, vehicle: Any) -> None:
+    """Raise ParameterError unless a vehicle is a quarter-car, or a filter of one input."""
+    if not isinstance(vehicle, QuarterCar | LinearFilter):
+        raise ParameterError(subject, repr(vehicle), "a QuarterCar or a LinearFilter")
+    if isinstance(vehicle, LinearFilter) and vehicle.inputs != 1:
+        raise ParameterError(subject, f"a filter of {vehicle.inputs} inputs", "one input, z_r'")
+
+
 @dataclass(frozen=True, eq=False)
 class Road:
     """A vehicle's floor on a road: one axis of `ShapedNoise`.
@@ -137,20 +149,12 @@ class Road:
         ParameterError: If the speed or the vehicle is none.
     """
 
-    road_class: str
-    speed: float
-    vehicle: QuarterCar | LinearFilter = PASSENGER_CAR
+    road_class: Annotated[str, Check(check_road_class)]
+    speed: Annotated[float, Check(positive, "m/s")]
+    vehicle: Annotated[QuarterCar | LinearFilter, Check(check_vehicle)] = PASSENGER_CAR
 
     def __post_init__(self) -> None:
-        road_velocity_intensity(self.road_class, self.speed)
-        if not isinstance(self.vehicle, QuarterCar | LinearFilter):
-            raise ParameterError(
-                "Road vehicle", repr(self.vehicle), "a QuarterCar or a LinearFilter"
-            )
-        if isinstance(self.vehicle, LinearFilter) and self.vehicle.inputs != 1:
-            raise ParameterError(
-                "Road vehicle", f"a filter of {self.vehicle.inputs} inputs", "one input, z_r'"
-            )
+        check_fields(self)
 
     def filter(self) -> LinearFilter:
         """From white noise of unit intensity to the acceleration of the floor [m/s^2]."""

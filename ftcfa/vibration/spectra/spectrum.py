@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.special import exprel
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, positive
+from ftcfa.checks import counting, numbers, positive
 from ftcfa.errors import ParameterError
 
 STANDARD_GRAVITY = 9.80665
@@ -48,7 +48,7 @@ class Spectrum:
 
     def __post_init__(self) -> None:
         for name in ("frequencies", "densities"):
-            values = _numbers(f"Spectrum {name}", getattr(self, name))
+            values = numbers(f"Spectrum {name}", getattr(self, name), field=name)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         _check_points(self.frequencies, self.densities)
@@ -70,10 +70,10 @@ class Spectrum:
         Raises:
             ParameterError: As the class, or if the overall level is not plausible.
         """
-        positive("Spectrum plausible_g_rms", plausible_g_rms, "g")
-        f = _numbers("Spectrum frequencies", frequencies)
-        S = _numbers("Spectrum densities", g2_per_hz)
-        _check_points(f, S)  # in the unit that the user sees
+        positive("Spectrum plausible_g_rms", plausible_g_rms, "g", field="plausible_g_rms")
+        f = numbers("Spectrum frequencies", frequencies, field="frequencies")
+        S = numbers("Spectrum densities", g2_per_hz, field="g2_per_hz")
+        _check_points(f, S, "g2_per_hz")  # in the unit that the user sees
         spectrum = cls(f, S * STANDARD_GRAVITY**2)
         level = spectrum.g_rms()
         if level > plausible_g_rms:
@@ -84,6 +84,7 @@ class Spectrum:
                 "if they are in (m/s^2)^2/Hz, build Spectrum(frequencies, densities) or state "
                 'unit = "(m/s^2)^2/Hz" in a table; if the level is meant, give '
                 f"plausible_g_rms = {10 ** math.ceil(math.log10(level)):g}",
+                field="g2_per_hz",
             )
         return spectrum
 
@@ -178,14 +179,8 @@ def check_step(spectrum: Spectrum, period: float, substeps: int = 1) -> None:
         )
 
 
-def _numbers(subject: str, values: npt.ArrayLike) -> Array:
-    try:
-        return np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(subject, repr(values), "numbers") from error
-
-
-def _check_points(f: Array, S: Array) -> None:
+def _check_points(f: Array, S: Array, field: str = "densities") -> None:
+    """Refuse break points that make no spectrum; ``field`` holds the densities."""
     if f.ndim != 1 or f.shape != S.shape or len(f) < 2:
         raise ParameterError(
             "Spectrum",
@@ -193,7 +188,10 @@ def _check_points(f: Array, S: Array) -> None:
             "two break points or more, one density a frequency",
             "a single tone is a harmonic excitation, not a spectrum" if f.size == 1 else "",
         )
-    for name, values, unit in (("frequency", f, "Hz"), ("density", S, "")):
+    for name, values, unit, key in (
+        ("frequency", f, "Hz", "frequencies"),
+        ("density", S, "", field),
+    ):
         bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
         if bad.size:
             raise ParameterError(
@@ -201,6 +199,7 @@ def _check_points(f: Array, S: Array) -> None:
                 f"{values[bad[0]]:g}",
                 f"a number > 0 {unit}".rstrip(),
                 _REMEDY[name],
+                field=key,
             )
     falls = np.flatnonzero(np.diff(f) <= 0)
     if falls.size:
@@ -211,6 +210,7 @@ def _check_points(f: Array, S: Array) -> None:
             f"{f[k]:g} then {f[k + 1]:g} Hz" + (" (duplicate)" if duplicate else ""),
             "rising frequencies",
             "part the two sides of a step by a small difference" if duplicate else "sort them",
+            field="frequencies",
         )
 
 

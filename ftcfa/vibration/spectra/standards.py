@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from ftcfa.checks import positive
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.spectra.spectrum import PLAUSIBLE_G_RMS, STANDARD_GRAVITY, Spectrum
 
@@ -146,9 +147,7 @@ def _text(where: str, key: str, value: Any) -> str:
 
 
 def _level(where: str, key: str, value: Any) -> float:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (number and np.isfinite(value) and value > 0):
-        raise ParameterError(f"{where}: {key}", repr(value), "a number > 0 [g]")
+    positive(f"{where}: {key}", value, "g")
     return float(value)
 
 

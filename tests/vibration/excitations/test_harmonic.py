@@ -78,8 +78,11 @@ def test_a_step_must_resolve_the_highest_frequency():
         ((-1.0, 10.0), r"Harmonic amplitude: -1.0, expected numbers >= 0 \[m/s\^2\]"),
         (([1.0, np.nan], 10.0), r"Harmonic amplitude: \[1.0, nan\], expected numbers >= 0"),
         (("loud", 10.0), "Harmonic amplitude: 'loud', expected numbers >= 0"),
-        ((np.ones((2, 2)), 10.0), r"Harmonic amplitude: shape \(2, 2\), expected a number, or one"),
-        (([], 10.0), r"Harmonic amplitude: shape \(0,\), expected a number, or one a channel"),
+        (
+            (np.ones((2, 2)), 10.0),
+            r"Harmonic amplitude: shape \(2, 2\), expected a number or a list",
+        ),
+        (([], 10.0), r"Harmonic amplitude: shape \(0,\), expected a number or a list of numbers"),
         ((1.0, 0.0), r"Harmonic frequency: 0.0, expected numbers > 0 \[Hz\]"),
         ((1.0, -5.0), r"Harmonic frequency: -5.0, expected numbers > 0 \[Hz\]"),
         ((1.0, None), "Harmonic frequency: nan, expected numbers > 0"),

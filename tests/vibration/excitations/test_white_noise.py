@@ -11,6 +11,7 @@ from ftcfa import (
     PaperPendulum,
     ParameterError,
     ShapeError,
+    UnknownNameError,
     Vibration,
     WhiteNoise,
     load_arm,
@@ -83,7 +84,7 @@ def test_a_wrong_shape_is_refused(shape):
 
 
 def test_an_unknown_convention_is_refused():
-    with pytest.raises(ParameterError, match='convention: \'rms\', expected "psd" or "amplitude"'):
+    with pytest.raises(UnknownNameError, match=r"convention 'rms'.*one of: psd, amplitude"):
         WhiteNoise(0.1, "rms")
 
 
@@ -96,7 +97,9 @@ def test_the_channels_must_be_those_of_the_input(intensity):
 def test_a_vibration_needs_an_input_and_an_excitation():
     with pytest.raises(ParameterError, match="Vibration input: 'shaking', expected a noise input"):
         Vibration("shaking", WhiteNoise())
-    with pytest.raises(ParameterError, match=r"Vibration excitation: 0\.1, expected an excitation"):
+    with pytest.raises(
+        ParameterError, match="Vibration excitation: a float, expected an excitation"
+    ):
         Vibration(BaseAcceleration(), 0.1)
 
 

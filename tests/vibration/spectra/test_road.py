@@ -96,13 +96,13 @@ def test_an_unknown_class_lists_the_known():
     with pytest.raises(UnknownNameError) as refused:
         Road("G", 10.0)
     assert str(refused.value) == (
-        "ISO 8608 road class 'G': unknown name, expected one of: A, B, C, D, E, F"
+        "Road road_class 'G': unknown name, expected one of: A, B, C, D, E, F"
     )
 
 
 @pytest.mark.parametrize("speed", [0, -1.0, np.nan, "fast"])
 def test_a_speed_is_positive(speed):
-    with pytest.raises(ParameterError, match=r"road speed: .*, expected a number > 0 \[m/s\]"):
+    with pytest.raises(ParameterError, match=r"Road speed: .*, expected a number > 0 \[m/s\]"):
         Road("A", speed)
 
 
