@@ -223,7 +223,8 @@ class Table(_Tabulated):
 
 def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[Array, Array]:
     """Checked times, shape (P,), and points, shape (P, n)."""
-    t, q = numbers(f"{subject} times", times), numbers(f"{subject} points", points)
+    t = numbers(f"{subject} times", times, field="times")
+    q = numbers(f"{subject} points", points, field="points")
     if t.ndim != 1 or q.ndim != 2 or len(t) != len(q) or len(t) < 2:
         raise ShapeError(subject, f"times {t.shape}, points {q.shape}", "(P,) and (P, n), P >= 2")
     finite = np.isfinite(t) & np.all(np.isfinite(q), axis=1)
@@ -232,7 +233,8 @@ def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[A
         raise ParameterError(subject, f"row {row} is {t[row]}, {q[row].tolist()}", "finite numbers")
     if np.any(np.diff(t) <= 0):
         row = int(np.argmax(np.diff(t) <= 0))
-        raise ParameterError(subject, f"time {t[row + 1]} follows {t[row]}", "increasing times")
+        got = f"time {t[row + 1]} follows {t[row]}"
+        raise ParameterError(subject, got, "increasing times", field="times")
     return t, q
 
 
