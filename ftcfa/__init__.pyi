@@ -26,6 +26,7 @@ from .model.arm import Arm
 from .model.pendulum import PaperPendulum
 from .model.uncertainty import Uncertainty
 from .model.urdf.load import load_arm
+from .parts import number_fields
 from .study.comparison import compare
 from .study.ensemble import ensemble
 from .study.realised_spectrum import (
@@ -144,6 +145,7 @@ __all__ = [
     "inertia_split",
     "load_arm",
     "load_experiment",
+    "number_fields",
     "read_record",
     "read_table",
     "realise",

@@ -18,7 +18,7 @@ from rich.console import Console
 
 from ftcfa import ClosedLoop, bounds
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.bounds import generator_figure
+from ftcfa.report.bounds_figure import bounds_figure
 from ftcfa.report.figures import rendered
 from ftcfa.report.terminal import plain_table, print_fitted
 from ftcfa.statistics.moments import Moments
@@ -56,7 +56,7 @@ def main() -> None:
         "The same paths: tracking error against the promise",
         f"A hanging link, {entries} paths: first entry into {{V ≤ Vinf}}",
     ]
-    figure = generator_figure(study, link, "Theorem 1 against simulated paths", notes)
+    figure = bounds_figure(study, link, "Theorem 1 against simulated paths", notes)
     write_whole(given.out / "generator.png", rendered(figure)["png"])
 
 

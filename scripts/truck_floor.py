@@ -39,7 +39,8 @@ from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH
 from ftcfa.report.terminal import plain_table, print_fitted
-from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0, settled_after
+from ftcfa.statistics.settling import below_for_good
+from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 AXES = ("longitudinal", "transverse", "vertical")
@@ -146,7 +147,7 @@ def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
 def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
     """What is told of an ensemble."""
     late = ran.ote.values[:, ran.sizes["time"] // 2 :]
-    settled = [settled_after(ran.time.values, ote, BAND) for ote in ran.ote.values]
+    settled = [below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values]
     outside = ~np.all(late < BAND, axis=1)
     heavy = np.sum(outside & overloaded(loop, ran))
     return [
@@ -154,7 +155,7 @@ def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
         case.floor,
         "uncertain" if case.uncertain else "nominal",
         _spread(1e3 * np.sqrt(np.mean(late**2, axis=1)), ".2f"),
-        _spread(np.array([np.inf if time is None else time for time in settled]), ".2f"),
+        _spread(np.array(settled), ".2f"),
         _spread(100 * ran.saturated.mean("time").values, ".1f"),
         f"{outside.sum()}" + (f"\n[dim]{heavy} too heavy[/dim]" if heavy else ""),
         f"{np.isfinite(ran.diverged_at.values).sum()}",

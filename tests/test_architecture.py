@@ -12,7 +12,7 @@ PACKAGE = Path(ftcfa.__file__).parent
 LAYERS = (
     {"errors"},
     {"arrays", "files"},
-    {"checks", "streams"},
+    {"checks", "parts", "streams"},
     {"model", "statistics"},  # beside each other: neither knows the other
     {"vibration", "control"},
     {"loop"},

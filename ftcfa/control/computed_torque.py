@@ -1,7 +1,7 @@
 """Computed torque: the nominal dynamics inverted, PD on what is left."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, positive
@@ -9,6 +9,7 @@ from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class ComputedTorque(MemorylessLaw):
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
+
+    varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
 
     def __post_init__(self) -> None:
         check_fields(self)

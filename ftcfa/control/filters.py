@@ -10,7 +10,7 @@ Levant's second-order differentiator, discretised without that bias, stand besid
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.fractional import sig
 from ftcfa.errors import UnknownNameError
+from ftcfa.parts import Parameters, number_fields
 
 NEWTON_STEPS = 8
 """Of the root of the cubic: the start is less than three times too large; seven are exact."""
@@ -99,6 +100,8 @@ class _LevantFilter(ABC):
     r1: Annotated[float, Check(positive, "rad^(1/2)/s")] = 750.0
     r2: Annotated[float, Check(positive, "rad/s^3")] = 180.0
 
+    varies: ClassVar[Parameters] = number_fields("r1", "r2")
+
     def __post_init__(self) -> None:
         check_fields(self)
 
@@ -168,6 +171,8 @@ class SecondOrderFilter:
     omega: Annotated[float, Check(positive, "rad/s")] = 265.0
     zeta: Annotated[float, Check(positive)] = 1.0
 
+    varies: ClassVar[Parameters] = number_fields("omega", "zeta")
+
     def __post_init__(self) -> None:
         check_fields(self)
 
@@ -215,6 +220,8 @@ class ProperFilter:
     """
 
     L: Annotated[float, Check(positive, "rad/s^4")] = 1e6
+
+    varies: ClassVar[Parameters] = number_fields("L")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
 
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.ftcf import Gains, check_gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,8 @@ class FiniteTimeBackstepping(MemorylessLaw):
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     width: Annotated[float, Check(not_negative, "rad")] = 0.0
     compensation: Compensation = "bias"
+
+    varies: ClassVar[Parameters] = number_fields("width")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from ftcfa.control.network import RBFNetwork
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 
 def check_power(subject: str, value: Any) -> None:
@@ -49,6 +50,10 @@ class Gains:
     iota: Annotated[float, Check(positive, "1/s")] = 100.0
     lambda_: Annotated[float, Check(positive)] = 1.0
     tau: Annotated[float, Check(positive)] = 1.0
+
+    varies: ClassVar[Parameters] = number_fields(
+        "c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

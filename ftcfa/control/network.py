@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, counting, positive
+from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class RBFNetwork:
     nodes: Annotated[int, Check(counting)] = 10
     width: Annotated[float, Check(positive)] = 4.0
     half_range: Annotated[float, Check(positive)] = 2.0
+
+    varies: ClassVar[Parameters] = number_fields("width", "half_range")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """PD control with gravity compensation: what a robot runs when nobody models it."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ftcfa.control.compensation import check_nominal
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,8 @@ class PDGravity(MemorylessLaw):
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
+
+    varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol, cast
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 ADAPTATION_SCALE = 9.81
 """Acceleration g that turns the rate of adaptation into the gain gamma [m/s^2]."""
@@ -81,6 +82,10 @@ class SlotineLi:
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
     adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0
     leakage: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 100.0
+
+    varies: ClassVar[Parameters] = number_fields(
+        "position_rate", "velocity_rate", "adaptation_rate", "leakage"
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -1,7 +1,7 @@
 """Super-twisting sliding-mode control, discretised so that it does not chatter."""
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.ftcf import Gains
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 
 
 class SuperTwistingState(NamedTuple):
@@ -54,6 +55,8 @@ class SuperTwisting:
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     r1: Annotated[float, Check(positive)] = Gains().velocity_rate
     r2: Annotated[float, Check(positive)] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
+
+    varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -10,7 +10,7 @@ from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.compiler.flatten import flat
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
-from ftcfa.loop.parameters import with_parameter
+from ftcfa.loop.parameters import with_parameters
 from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 CHUNK = 4096
@@ -37,9 +37,7 @@ def run_interpreted(
     start = _start(loop, seed, 0)
     observed = np.full((len(paths), flat(start.observer).size), np.nan)
     for i, path in enumerate(paths):
-        own = loop
-        for name, values in varied.items():
-            own = with_parameter(own, name, values[i])
+        own = with_parameters(loop, {name: values[i] for name, values in varied.items()})
         rows = {name: record[name][i] for name in names}
         died[i], state = _run_path(own, samples, record_every, seed, int(path), rows)
         observed[i] = flat(state.observer)

@@ -63,14 +63,10 @@ def _robots(
     loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], seed: int, paths: Words
 ) -> dict[str, Array]:
     """The parameters of each path's own robot."""
-    for name in vary:
-        if name.split(".")[0] == "uncertainty":
-            raise ParameterError(
-                f"varied {name}", "common to all paths", "another parameter", "make a loop for each"
-            )
     if loop.uncertainty is None:
         return {}
-    drawn = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
+    robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
+    drawn = {f"arm.{name}": values for name, values in robots.items()}
     for name in drawn.keys() & vary.keys():
         raise ParameterError(
             f"varied {name}",

@@ -1,8 +1,9 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
+import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple, Protocol, cast
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ from ftcfa.loop.references import Reference
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Process
 from ftcfa.vibration.excitations.white_noise import WhiteProcess
 from ftcfa.vibration.vibration import Vibration
@@ -132,6 +134,8 @@ class ClosedLoop:
     )
     observer: Observer | None = None
 
+    varies: ClassVar[Parameters] = number_fields("q0", "v0")
+
     def __post_init__(self) -> None:
         check_fields(self)
         if self.uncertainty is not None:
@@ -154,6 +158,12 @@ class ClosedLoop:
         if self.vibration is None:
             return STILL
         return self.vibration.process(self.arm, self.step_length)
+
+    def with_process(self, process: Process) -> "ClosedLoop":
+        """This loop, shaken by another process than the one of its excitation."""
+        loop = copy.copy(self)
+        object.__setattr__(loop, "process", process)  # where cached_property keeps it
+        return loop
 
     @property
     def step_length(self) -> float:

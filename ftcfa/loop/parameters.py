@@ -1,197 +1,192 @@
 """Parameters of a loop by dotted name, such as ``controller.gains.c1`` or ``arm.inertias``.
 
-Any number or array that a part of the loop holds can differ from path to path.
+A name leads from the loop through the fields of its parts to a parameter that the last part
+declares in its ``varies``. ``process`` is a part of the loop too: what its excitation becomes at
+the loop's integration step.
 """
 
-import copy
 from collections.abc import Callable, Mapping
-from dataclasses import fields, is_dataclass, replace
-from functools import cached_property
-from types import FunctionType, ModuleType
-from typing import Any, cast
+from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, ShapeError, TracingError, UnknownNameError
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.parts import cached, fields_of, parameters_of, with_fields
 
-SHARED = ("period", "substeps", "reference")
-"""What all paths of a run have in common."""
+SHARED = ("reference", "period", "substeps", "integrator", "uncertainty")
+"""Fields of a loop that all paths of a run have in common."""
 
 
-def parameter(part: Any, name: str) -> Array:
+def parameter(loop: ClosedLoop, name: str) -> Array:
     """The value of a parameter as a float array.
 
     Raises:
-        UnknownNameError: If the loop has no part or number of that name; it lists those it has.
-        ParameterError: If the name stands for something else than numbers.
+        UnknownNameError: If the loop has no such parameter; it lists those it has.
+        ParameterError: If the name stands for something else.
     """
-    value, seen = part, ""
-    for word in name.split("."):
-        if not hasattr(value, word) or word.startswith("_"):
-            raise UnknownNameError(f"parameter {name}: {seen or 'loop'}", word, _names(value))
-        owner, value, seen = value, getattr(value, word), word
-    if value is None or not _is_held(owner, word):
-        raise ParameterError(
-            f"parameter {name}",
-            "not given" if value is None else "computed from others",
-            "numbers that can be replaced",
-            f"{type(owner).__name__} has {', '.join(_names(owner))}",
-        )
+    holder, word = _holder(loop, name)
+    value = getattr(holder, word)
+    if value is None:
+        expected = "numbers that can be replaced"
+        raise ParameterError(f"parameter {name}", "not given", expected)
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
-        inside = ", ".join(f"{name}.{word}" for word in _names(value))
-        raise ParameterError(
-            f"parameter {name}", f"a {type(value).__name__}", "numbers", inside and f"try {inside}"
-        ) from error
+        got = f"a {type(value).__name__}"
+        raise ParameterError(f"parameter {name}", got, "numbers") from error
 
 
-def checked_values(part: Any, vary: Mapping[str, npt.ArrayLike], paths: int) -> dict[str, Array]:
-    """Values of varied parameters, each of shape (paths, ...), checked.
-
-    The smallest and largest value of a number pass the checks of the part that holds it; a part
-    that asks more of ``word`` says so by ``check_word``.
+def checked_values(
+    loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], paths: int
+) -> dict[str, Array]:
+    """Values of varied parameters, each of shape (paths, ...), checked as their parts declare.
 
     Raises:
         UnknownNameError, ParameterError, ShapeError: If a name, value or shape is wrong.
     """
-    checked = {}
-    for name, given in vary.items():
-        if name.split(".")[0] in SHARED:
-            raise ParameterError(
-                f"varied {name}", "common to all paths", "another parameter", "make a loop for each"
-            )
-        shape = (paths, *parameter(part, name).shape)
-        try:
-            values = np.asarray(given, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise ParameterError(f"varied {name}", repr(given), "numbers") from error
-        if values.shape != shape:
-            raise ShapeError(f"varied {name}", f"shape {values.shape}", f"shape {shape}")
-        if not np.all(np.isfinite(values)):
-            raise ParameterError(f"varied {name}", "values that are not finite", "finite numbers")
-        *owners, word = name.split(".")
-        owner = part
-        for above in owners:
-            owner = getattr(owner, above)
-            _check_derived(name, owner)
-        if values.ndim == 1 and paths and is_dataclass(owner):
-            for extreme in (values.min(), values.max()):
-                replace(cast(Any, owner), **{word: float(extreme)})
-        if hasattr(owner, f"check_{word}"):
-            getattr(owner, f"check_{word}")(values)
-        checked[name] = values
-    return dict(sorted(checked.items(), key=lambda item: _place(part, item[0])))
+    return {name: _checked(loop, name, given, paths) for name, given in vary.items()}
 
 
-def with_parameter(part: Any, name: str, value: Any) -> Any:
-    """A copy of a part with one parameter replaced, unchecked: the value may be symbols."""
-    word, _, rest = name.partition(".")
-    if rest:
-        value = with_parameter(getattr(part, word), rest, value)
-    elif hasattr(part, f"with_{word}"):
-        return getattr(part, f"with_{word}")(value)
-    return _with_attribute(part, word, value)
+def with_parameters(loop: ClosedLoop, values: Mapping[str, Any]) -> ClosedLoop:
+    """A copy of a loop with other values of some parameters, unchecked: they may be symbols."""
+    own = {name: value for name, value in values.items() if not name.startswith("process.")}
+    changed: ClosedLoop = _replaced(loop, own)
+    of_process = {
+        name.removeprefix("process."): value for name, value in values.items() if name not in own
+    }
+    if of_process:
+        changed = changed.with_process(_replaced(changed.process, of_process))
+    return changed
 
 
-def preparation(part: Any, name: str) -> Callable[[Array], Array]:
-    """What turns values of a parameter, shape (paths, ...), into what the part computes with.
+def preparation(twin: ClosedLoop, name: str) -> Callable[[Array], Array]:
+    """What turns values of a parameter, shape (paths, ...), into inputs of compiled code.
 
-    A part that computes with something else than ``word`` says so by ``prepare_word``.
+    Args:
+        twin: The loop's twin for tracing.
+        name: The parameter.
 
     Raises:
-        TracingError: If the part, a twin of the loop's own, knows nothing of that name.
+        TracingError: If the parameter is a constant of compiled code.
     """
-    *owners, word = name.split(".")
-    for owner in owners:
-        part = getattr(part, owner)
-    if not _is_held(part, word):
+    *words, last = name.split(".")
+    holder: Any = twin
+    for word in words:
+        holder = getattr(holder, word)
+    if last not in parameters_of(holder):
         raise TracingError(
             f"parameter {name}", "a constant of compiled code", "", 'use engine="interpreted"'
         )
-    return getattr(part, f"prepare_{word}", lambda values: values)
+    prepare = parameters_of(holder)[last].prepare
+    return _unchanged if prepare is None else partial(prepare, holder)
 
 
-def replace_parts(part: Any, swap: Callable[[Any], Any], above: tuple[int, ...] = ()) -> Any:
-    """A copy of a part in which every object for which ``swap`` gives another is replaced."""
-    swapped = swap(part)
-    if swapped is not part or id(part) in above:  # parts may hold each other
-        return swapped
-
-    def inner(value: Any) -> Any:
-        return replace_parts(value, swap, (*above, id(part)))
-
-    if type(part) in (list, tuple):
-        changed = [inner(value) for value in part]
-        same = all(new is old for new, old in zip(changed, part, strict=True))
-        return part if same else type(part)(changed)
-    for word, value in _attributes(part).items():
-        changed = inner(value)
-        if changed is not value:
-            part = _with_attribute(part, word, changed)
-    return part
+def _unchanged(values: Array) -> Array:
+    return values
 
 
-def _check_derived(name: str, owner: Any) -> None:
-    """Refuse to vary what a dataclass may have computed other things from when it was made."""
-    derived = getattr(owner, "__dict__", {}).keys() - _attributes(owner).keys() - _cached(owner)
+def _holder(loop: ClosedLoop, name: str) -> tuple[Any, str]:
+    """The part that declares a parameter, and the parameter's name in that part."""
+    *words, last = name.split(".")
+    part: Any = loop
+    above = "loop"
+    for word in words:
+        if word not in _parts(part) or _parts(part)[word] is None:
+            raise _no_parameter(part, above, name, word)
+        part, above = getattr(part, word), word
+    if last not in parameters_of(part):
+        raise _no_parameter(part, above, name, last)
+    return part, last
+
+
+def _parts(part: Any) -> dict[str, Any]:
+    """What a parameter's name can lead through, by name."""
+    inside = fields_of(part)
+    if isinstance(part, ClosedLoop):
+        inside = {name: inside[name] for name in inside if name not in SHARED}
+        inside["process"] = part.process
+    return inside
+
+
+def _known(part: Any) -> list[str]:
+    """The parameters of a part, and the parts in it that have some."""
+    inside = [name for name, value in _parts(part).items() if _known(value)]
+    return sorted({*parameters_of(part), *inside})
+
+
+def _no_parameter(part: Any, above: str, name: str, word: str) -> Exception:
+    """The error that says why a word of a name leads to no parameter."""
+    subject, kind, known = f"parameter {name}", type(part).__name__, _known(part)
+    if isinstance(part, ClosedLoop) and word in SHARED:
+        expected, remedy = "another parameter", "make a loop for each"
+        return ParameterError(f"varied {name}", "common to all paths", expected, remedy)
+    if word in known:
+        inside = ", ".join(f"{name}.{inner}" for inner in _known(getattr(part, word)))
+        got = f"a {type(getattr(part, word)).__name__}"
+        return ParameterError(subject, got, "numbers", f"try {inside}")
+    if not known:
+        return ParameterError(
+            subject,
+            f"a {kind}, which declares no parameters",
+            f"a frozen dataclass that declares {word}",
+            f'write varies = number_fields("{word}") into it',
+        )
+    if word.startswith("_") or not hasattr(part, word):
+        return UnknownNameError(f"{subject}: {above}", word, known)
+    if getattr(part, word) is None:
+        return ParameterError(subject, "not given", "numbers that can be replaced")
+    return ParameterError(
+        subject,
+        "fixed, or computed from others",
+        f"one of: {', '.join(known)}",
+        f"{kind}.varies declares what may differ from path to path",
+    )
+
+
+def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> Array:
+    """The values of one varied parameter, checked."""
+    subject, shape = f"varied {name}", (paths, *parameter(loop, name).shape)
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ParameterError(subject, repr(given), "numbers") from error
+    if values.shape != shape:
+        raise ShapeError(subject, f"shape {values.shape}", f"shape {shape}")
+    if not np.all(np.isfinite(values)):
+        raise ParameterError(subject, "values that are not finite", "finite numbers")
+    part: Any = loop
+    *words, last = name.split(".")
+    for word in words:
+        part = getattr(part, word)
+        _check_derived(name, part)
+    parameters_of(part)[last].check(part, values)
+    return values
+
+
+def _check_derived(name: str, part: Any) -> None:
+    """Refuse to vary a part with attributes that it may have computed when it was made."""
+    derived = getattr(part, "__dict__", {}).keys() - fields_of(part).keys() - cached(part)
     if derived:
         raise ParameterError(
             f"varied {name}",
-            f"{type(owner).__name__} computed {', '.join(sorted(derived))} when it was made",
+            f"{type(part).__name__} computed {', '.join(sorted(derived))} when it was made",
             "a part that computes when asked",
             "make it a cached_property, or make a loop for each value",
         )
 
 
-def _is_held(owner: Any, word: str) -> bool:
-    """Whether a value can be replaced; others follow from those that the owner holds."""
-    return word in {*_attributes(owner), *_cached(owner)} or hasattr(owner, f"with_{word}")
-
-
-def _place(part: Any, name: str) -> tuple[bool, int]:
-    """Where a parameter stands in the order of replacement.
-
-    What stands in for a value that its part computes comes last, from the inside out: a part
-    forgets such values when anything in it changes.
-    """
-    for depth, word in enumerate(name.split(".")):
-        if word not in _attributes(part):
-            return True, -depth
-        part = getattr(part, word)
-    return False, 0
-
-
-def _attributes(part: Any) -> dict[str, Any]:
-    """What a part holds, by name."""
-    if isinstance(part, type | ModuleType | FunctionType | np.ndarray):
-        return {}
-    if is_dataclass(part):
-        return {field.name: getattr(part, field.name) for field in fields(part)}
-    if hasattr(part, "_asdict"):
-        return part._asdict()
-    inside = getattr(part, "__dict__", {})
-    return {word: inside[word] for word in inside.keys() - _cached(part)}
-
-
-def _cached(part: Any) -> set[str]:
-    """Names of what a part computes from what it holds, once."""
-    classes = type(part).__mro__
-    return {k for c in classes for k, v in vars(c).items() if isinstance(v, cached_property)}
-
-
-def _with_attribute(part: Any, word: str, value: Any) -> Any:
-    """A shallow copy with one attribute set; what was cached from the others is forgotten."""
-    if hasattr(part, "_replace"):
-        return part._replace(**{word: value})
-    changed = copy.copy(part)
-    for cached in _cached(part):
-        getattr(changed, "__dict__", {}).pop(cached, None)
-    object.__setattr__(changed, word, value)
-    return changed
-
-
-def _names(part: Any) -> list[str]:
-    return sorted(name for name in _attributes(part) if not name.startswith("_"))
+def _replaced(part: Any, values: Mapping[str, Any]) -> Any:
+    """A copy of a part with other values of parameters, its own and those of the parts in it."""
+    inside: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        word, _, rest = name.partition(".")
+        if rest:
+            inside.setdefault(word, {})[rest] = value
+        else:
+            part = parameters_of(part)[word].replace(part, value)
+    changes = {word: _replaced(getattr(part, word), inner) for word, inner in inside.items()}
+    return with_fields(part, changes) if changes else part

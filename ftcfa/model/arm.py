@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -27,6 +27,7 @@ from ftcfa.model.pinocchio_model import (
     with_body_inertias,
 )
 from ftcfa.model.tree import KinematicTree
+from ftcfa.parts import Parameter, Parameters, number_field, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +144,11 @@ class Arm:
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
         check_inertias(f"inertias of {self.name}", inertias, len(self.g0))
+
+    def check_joint_friction(self, values: Array) -> None:
+        """Raise ParameterError unless no coefficient of friction is negative."""
+        if not np.all(values >= 0):
+            raise ParameterError(f"friction of {self.name}", f"{values.min():g}", "numbers >= 0")
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -320,3 +326,11 @@ class Arm:
             check_spread(f"perturbation '{name}'", spread)
         J = perturbed_pseudo_inertia(pseudo_inertia(self.inertias), rng, mass, centre, shape)
         return self.with_inertias(inertial_parameters(J))
+
+    varies: ClassVar[Parameters] = {
+        **number_fields("G", "g0", "home", "lower", "upper", "velocity_limit"),
+        "effort_limit": number_field("effort_limit", check_effort_limit),
+        "damping": number_field("damping", check_joint_friction),
+        "friction": number_field("friction", check_joint_friction),
+        "inertias": Parameter(with_inertias, check_inertias),
+    }

@@ -1,10 +1,12 @@
 """The paper's double pendulum as a closed form: a plant that needs no URDF (Section V)."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +33,8 @@ class PaperPendulum:
     g: float = 9.8
     as_printed: bool = False
     effort_limit: Array = field(default_factory=lambda: np.array([15.0, 15.0]))
+
+    varies: ClassVar[Parameters] = number_fields("m", "l", "g", "effort_limit")
 
     n = 2
     joint_names = ("shoulder", "elbow")

@@ -8,17 +8,19 @@ laws written for numbers run on them unchanged.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 
-from ftcfa.arrays import Array, solve_spd
+from ftcfa.arrays import Array, Traceable, solve_spd
 from ftcfa.errors import TracingError
 from ftcfa.model.arm import Arm
 from ftcfa.model.friction import damping_matrix
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import Body, bodies_of
+from ftcfa.parts import Parameter, Parameters, number_fields
 
 AGREEMENT = 1e-9
 """Largest difference from Pinocchio that is accepted, relative to the largest entry."""
@@ -108,15 +110,21 @@ class TracedArm:
         """Number of coordinates."""
         return len(self.joint_names)
 
-    def prepare_inertias(self, inertias: Array) -> Array:
+    def regrouped(self, inertias: Array) -> Array:
         """Inertial parameters as in `Arm.inertias` regrouped, shape (paths, moving ENTRIES)."""
         regrouping = self.chain.regrouping
         rows = inertias.reshape(len(inertias), regrouping.shape[1])
         return np.einsum("pj,ij->pi", rows, regrouping)
 
-    def with_inertias(self, bodies: Array) -> "TracedArm":
+    def with_bodies(self, bodies: Traceable) -> "TracedArm":
         """The same arm with other regrouped inertial parameters, numbers or symbols."""
         return replace(self, bodies=bodies)
+
+    varies: ClassVar[Parameters] = {
+        **number_fields("home", "lower", "upper", "velocity_limit"),
+        **number_fields("effort_limit", "damping", "friction"),
+        "inertias": Parameter(with_bodies, prepare=regrouped),
+    }
 
     @cached_property
     def _inertia(self) -> ca.Function:

@@ -108,7 +108,7 @@ class Uncertainty:
             )
 
     def draw(self, arm: Arm, seed: int, paths: Iterable[int]) -> dict[str, Array]:
-        """The robots of some paths, as `simulate_paths` takes them in ``vary``.
+        """Parameters of the robots of some paths, by their names in `Arm.varies`.
 
         The robot of a path belongs to (seed, path) alone: it is the same whichever others are
         drawn, and a spread changes only what it is the spread of.
@@ -119,8 +119,8 @@ class Uncertainty:
             paths: Numbers of the paths, 0 <= path < 2^64.
 
         Returns:
-            ``arm.inertias``, shape (paths, N, 10), and where ``friction`` is asked for and the
-            arm has it, ``arm.damping`` and ``arm.friction``, shape (paths, N).
+            ``inertias``, shape (paths, N, 10), and, where ``friction`` is uncertain and the arm has
+            it, ``damping`` and ``friction``, shape (paths, N).
 
         Raises:
             UnknownNameError: If the arm has no frame ``payload_frame``; it lists those it has.
@@ -139,7 +139,7 @@ class Uncertainty:
 
         Args, raises: as of `draw`.
         """
-        drawn = {k.removeprefix("arm."): v[0] for k, v in self.draw(arm, seed, [path]).items()}
+        drawn = {name: values[0] for name, values in self.draw(arm, seed, [path]).items()}
         return arm.with_inertias(drawn.pop("inertias")).with_joint_friction(**drawn)
 
     def check(self, arm: Arm) -> None:
@@ -201,11 +201,11 @@ class Uncertainty:
             x = np.append(translation + rotation @ self.payload_offset, 1.0)
             load = low + (high - low) * ndtr(normals[:, 0])
             J[:, joint] += load[:, None, None] * np.outer(x, x)
-        drawn = {"arm.inertias": inertial_parameters(J)}
+        drawn = {"inertias": inertial_parameters(J)}
         if self.friction > 0:
             for name, nominal in _friction_of(arm).items():
                 factor = self._factor(self.friction, n[..., FRICTION_DEVIATES[name]])
-                drawn[f"arm.{name}"] = nominal * factor
+                drawn[name] = nominal * factor
         return drawn
 
     def _factor(self, spread: float, n: Array) -> Array:

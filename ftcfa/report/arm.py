@@ -1,4 +1,4 @@
-"""An arm as a roboticist wants to see it: as plain data and as a table."""
+"""An arm as plain data and as a table."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,27 +9,28 @@ from rich.table import Table
 
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds
-from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.report.records import finite
+from ftcfa.report.terminal import number, plain_table, print_facts, print_fitted
 
 NAMED_ZEROS = 4
-"""A hand has dozens of joints locked at zero: the table names so many, --json names all."""
+"""Number of joints locked at zero that the table names, of the dozens of a hand."""
 
 
 def arm_record(arm: Arm) -> dict[str, Any]:
-    """All that `ftcfa inspect` shows, as plain data; None where a limit is infinite.
+    """All that ``ftcfa inspect`` shows, as plain data; None where a limit is infinite.
 
     Units: rad, rad/s, N m, N m s/rad for revolute joints; m, m/s, N, N s/m for prismatic ones.
     """
     names = list(arm.model.names[1:])
-    still = [name for name, row in zip(names, arm.G, strict=True) if not row.any()]
-    followers = [name for name in names if name not in (*arm.joint_names, *still)]
+    locked = [name for name, row in zip(names, arm.G, strict=True) if not row.any()]
+    mimics = [name for name in names if name not in (*arm.joint_names, *locked)]
     Mmin, Mmax = mass_matrix_bounds(arm)
     return {
         "name": arm.name,
         "source": dict(arm.source or {}),
         "joints": [_joint(arm, i, names.index(name)) for i, name in enumerate(arm.joint_names)],
-        "locked": {name: float(arm.g0[names.index(name)]) for name in still},
-        "mimic": {name: _follows(arm, names.index(name)) for name in followers},
+        "locked": {name: float(arm.g0[names.index(name)]) for name in locked},
+        "mimic": {name: _mimic(arm, names.index(name)) for name in mimics},
         "moving_mass": arm.moving_mass,
         "mass_matrix_bounds": {"Mmin": Mmin, "Mmax": Mmax},
         "warnings": list(arm.warnings),
@@ -37,6 +38,7 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 
 
 def _joint(arm: Arm, i: int, row: int) -> dict[str, Any]:
+    """Record of the moving joint i, whose joint of the model is number ``row``."""
     limits = {
         "lower": arm.lower[i],
         "upper": arm.upper[i],
@@ -46,11 +48,12 @@ def _joint(arm: Arm, i: int, row: int) -> dict[str, Any]:
         "friction": arm.friction[row],
         "home": arm.home[i],
     }
-    finite = {key: float(value) if np.isfinite(value) else None for key, value in limits.items()}
-    return {"name": arm.joint_names[i], "type": arm.joint_types[i], **finite}
+    numbers = {key: finite(value) for key, value in limits.items()}
+    return {"name": arm.joint_names[i], "type": arm.joint_types[i], **numbers}
 
 
-def _follows(arm: Arm, row: int) -> dict[str, Any]:
+def _mimic(arm: Arm, row: int) -> dict[str, Any]:
+    """Rule of a mimic joint: multiplier times the joint that it follows, plus offset."""
     leader = int(np.argmax(arm.G[row] != 0))
     return {
         "joint": arm.joint_names[leader],
@@ -59,31 +62,26 @@ def _follows(arm: Arm, row: int) -> dict[str, Any]:
     }
 
 
-def print_arm(record: Mapping[str, Any], description: str, console: Console) -> None:
-    """Write the record of an arm as a table with what does not fit in one below it.
+def print_arm(record: Mapping[str, Any], console: Console, description: str = "") -> None:
+    """Print an arm: a table of its joints, then what is true of the whole arm.
 
     Args:
-        record: Of `arm_record`.
+        record: Result of `arm_record`.
+        console: Where to print.
         description: What the arm is, in a phrase; may be empty.
-        console: Where to write.
     """
     joints = record["joints"]
     title = f"{record['name']}: {description}" if description else record["name"]
     console.print(title, style="bold", highlight=False, markup=False)
     print_fitted(_joint_table(joints), console)
     console.print()
-    facts = Table.grid(padding=(0, 2))
-    facts.add_column(style="dim", no_wrap=True)
-    facts.add_column(overflow="fold")
-    for label, text in _facts(record):
-        facts.add_row(label, text)
-    console.print(facts, highlight=False, markup=False)
+    print_facts(_facts(record), console)
     for warning in record["warnings"]:
         console.print(f"warning: {warning}", style="yellow", highlight=False, markup=False)
 
 
 def print_catalogue(descriptions: Mapping[str, str], console: Console) -> None:
-    """Write the names of the arms that need no path."""
+    """Print the names of the arms that need no path, with what each is."""
     table = Table.grid(padding=(0, 2))
     table.add_column(style="bold", no_wrap=True)
     for name, description in descriptions.items():
@@ -100,11 +98,11 @@ COLUMNS = {
     "friction": (".3g", "friction", "N m", "N"),
     "home": (".3f", "home", "rad", "m"),
 }
-"""Columns of numbers: format, header, and unit of revolute and of prismatic joints."""
+"""Columns of numbers: format, header, unit of revolute joints and unit of prismatic joints."""
 
 
 def _joint_table(joints: list[dict[str, Any]]) -> Table:
-    """One row a joint; no column for damping or friction that no joint has."""
+    """A table of one row a joint; without damping or friction if no joint has any."""
     shown = [key for key in COLUMNS if key not in _absent(joints)]
     kinds = sorted({joint["type"] == "prismatic" for joint in joints})
     table = plain_table()
@@ -114,17 +112,18 @@ def _joint_table(joints: list[dict[str, Any]]) -> Table:
         lines = [header, *(units[kind] for kind in kinds)]
         table.add_column("\n".join(lines), justify="right", no_wrap=True)
     for joint in joints:
-        numbers = (_number(joint[key], COLUMNS[key][0]) for key in shown)
+        numbers = (number(joint[key], COLUMNS[key][0], "none") for key in shown)
         table.add_row(joint["name"], joint["type"], *numbers)
     return table
 
 
 def _absent(joints: list[dict[str, Any]]) -> list[str]:
-    """What no joint has, of damping and friction."""
+    """The names, of damping and friction, that no joint has."""
     return [key for key in ("damping", "friction") if not any(joint[key] for joint in joints)]
 
 
 def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of what is true of the whole arm."""
     joints, bounds = record["joints"], record["mass_matrix_bounds"]
     linear = any(joint["type"] == "prismatic" for joint in joints)
     facts = [
@@ -140,14 +139,14 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     if gravity := record["source"].get("gravity"):
         facts.append(("gravity", f"({', '.join(f'{g:g}' for g in gravity)}) m/s^2"))
     if record["locked"]:
-        facts.append(("locked", _held(record["locked"])))
+        facts.append(("locked", _locked(record["locked"])))
     if record["mimic"]:
         facts.append(("mimic", ", ".join(_rule(*item) for item in record["mimic"].items())))
     return facts
 
 
-def _held(locked: Mapping[str, float]) -> str:
-    """Locked joints with their values; of those at zero the first few by name."""
+def _locked(locked: Mapping[str, float]) -> str:
+    """Locked joints with their values; only the first few of those at zero by name."""
     away = [f"{name} = {value:.4g}" for name, value in locked.items() if value]
     zero = [name for name, value in locked.items() if not value]
     words = away + [f"{name} = 0" for name in zero[:NAMED_ZEROS]]
@@ -157,9 +156,6 @@ def _held(locked: Mapping[str, float]) -> str:
 
 
 def _rule(name: str, rule: Mapping[str, Any]) -> str:
+    """The rule of a mimic joint as a formula."""
     offset = f" {rule['offset']:+.4g}" if rule["offset"] else ""
     return f"{name} = {rule['multiplier']:g} {rule['joint']}{offset}"
-
-
-def _number(value: float | None, spec: str) -> str:
-    return "none" if value is None else format(value, spec)

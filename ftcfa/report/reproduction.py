@@ -1,30 +1,41 @@
-"""The reproduction of the paper as a reader gets it: figures, summary.json and a table."""
+"""The reproduction of the paper's study: figures, summary.json and a table."""
 
-import json
-import platform
 from collections.abc import Callable, Mapping
-from importlib.metadata import version
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
 
 from ftcfa.report.figures import filters, overall_error, rendered, torque, tracking
-from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.report.records import finite, summary_file, versions
+from ftcfa.report.terminal import number, plain_table, print_fitted
+from ftcfa.statistics.settling import below_for_good
 from ftcfa.study.reproduction import (
     ASYMPTOTIC,
     BAND,
+    CASES,
+    DURATION,
     EXPLICIT,
     FINITE_TIME,
     INTENSITY,
     SEED,
-    UNITS,
     Case,
     closed_loop,
-    summary_row,
 )
+
+UNITS = {
+    "period": "s",
+    "rms_ote": "rad",
+    "settled_after": "s",
+    "largest_u": "N m",
+    "saturated_share": "1",
+    "largest_filter_error": "rad/s",
+    "diverged_at": "s",
+}
+"""Units of the entries of `summary_row`."""
 
 NUMBERS = (
     "period\nms",
@@ -34,9 +45,9 @@ NUMBERS = (
     "satur.\n%",
     "error\nrad/s",
 )
-"""Headers of the table's numbers."""
+"""Headers of the columns of numbers."""
 FIGURES = 4
-"""How many figures there are."""
+"""Number of figures."""
 LIMIT_CYCLE_JOINT = "elbow"
 """The joint of the filter figure: the lighter one, whose torque chatters most."""
 
@@ -45,7 +56,7 @@ def reproduction_figures(paths: Mapping[Case, xr.Dataset]) -> dict[str, Figure]:
     """The paper's Figures 1-1, 1-2 and 2 and the filter figure, by file name.
 
     Args:
-        paths: Datasets of the cases; FINITE_TIME, ASYMPTOTIC and EXPLICIT must be among them.
+        paths: Dataset of each case; FINITE_TIME, ASYMPTOTIC and EXPLICIT must be among them.
     """
     finite, explicit = paths[FINITE_TIME], paths[EXPLICIT]
     limit = closed_loop(FINITE_TIME).arm.effort_limit
@@ -77,7 +88,13 @@ def reproduction_figures(paths: Mapping[Case, xr.Dataset]) -> dict[str, Figure]:
 def summary_record(
     paths: Mapping[Case, xr.Dataset], duration: float, quick: bool
 ) -> dict[str, Any]:
-    """What summary.json holds: a row a case, and what is needed to run it again."""
+    """Content of summary.json: a row a case, and what is needed to run it again.
+
+    Args:
+        paths: Dataset of each case.
+        duration: Simulated time [s].
+        quick: Whether this is a quick look instead of the whole study.
+    """
     return {
         "study": "Song, Zhao and Cui, Section V",
         "quick": quick,
@@ -85,12 +102,38 @@ def summary_record(
         "seed": SEED,
         "path": 0,
         "settled_band": BAND,
-        "versions": {
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("ftcfa", "numpy", "pin", "matplotlib")},
-        },
+        "versions": versions("ftcfa", "numpy", "pin", "matplotlib"),
         "units": {"duration": "s", "settled_band": "rad", **UNITS},
         "cases": [summary_row(case, path) for case, path in paths.items()],
+    }
+
+
+def summary_row(case: Case, dataset: xr.Dataset) -> dict[str, Any]:
+    """The row of a case in the table, as plain data; `UNITS` gives its units.
+
+    A mean or maximum over the last half is None if the path diverged. The largest torque and the
+    share of saturation are those until it diverged.
+
+    Args:
+        case: The case.
+        dataset: Its path, as of `ftcfa.study.reproduction.run_case`.
+    """
+    time, ote = dataset["time"].values, dataset["ote"].values
+    u, command = np.abs(dataset["u"].values), np.abs(dataset["u_command"].values)
+    filter_error = np.abs(dataset["abar"].values - dataset["alpha"].values)
+    valid, last_half = np.isfinite(ote), time >= time[-1] / 2
+    return {
+        "plant": case.plant,
+        "noise": case.noise,
+        "kappa": case.kappa,
+        "filter": case.filter,
+        "period": case.period,
+        "rms_ote": finite(np.sqrt(np.mean(ote[last_half] ** 2))),
+        "settled_after": finite(below_for_good(time, ote, BAND)),
+        "largest_u": finite(np.max(u[valid])),
+        "saturated_share": finite(np.mean(np.any(command[valid] > u[valid], axis=1))),
+        "largest_filter_error": finite(np.max(filter_error[last_half])),
+        "diverged_at": finite(dataset["diverged_at"]),
     }
 
 
@@ -102,21 +145,31 @@ def reproduction_files(
     """All files of the reproduction, by name: PNG and SVG of each figure, and summary.json.
 
     Args:
-        paths: Datasets of the cases.
-        record: Of `summary_record`.
-        done: Called as each figure is finished.
+        paths: Dataset of each case.
+        record: Result of `summary_record`.
+        done: Called after each figure.
     """
     files = {}
     for name, figure in reproduction_figures(paths).items():
         for suffix, content in rendered(figure).items():
             files[f"{name}.{suffix}"] = content
         done()
-    text = json.dumps(record, indent=2, allow_nan=False) + "\n"
-    return {**files, "summary.json": text.encode()}
+    return {**files, "summary.json": summary_file(record)}
 
 
 def print_summary(record: Mapping[str, Any], console: Console) -> None:
-    """Write the table of the cases and what its columns mean."""
+    """Print the table of the cases and what its columns mean.
+
+    Args:
+        record: Result of `summary_record`.
+        console: Where to print.
+    """
+    if record["quick"]:
+        console.print(
+            f"quick look: {len(record['cases'])} of {len(CASES)} cases, {record['duration']:g} s "
+            f"of {DURATION:g} s; the paper's numbers need the whole study\n",
+            highlight=False,
+        )
     table = plain_table()
     for header in ("plant", "noise", "kappa", "filter"):
         table.add_column(header, no_wrap=True)
@@ -141,22 +194,18 @@ def print_summary(record: Mapping[str, Any], console: Console) -> None:
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
-    died = row["diverged_at"]
-    settled = f"{row['settled_after']:.2f}" if row["settled_after"] is not None else "never"
-    share = row["saturated_share"]
+    """The texts of a row of the table."""
+    diverged, share = row["diverged_at"], row["saturated_share"]
+    settled = number(row["settled_after"], ".2f", "never")
     return [
         row["plant"],
         row["noise"],
         f"{row['kappa']:g}",
         row["filter"],
         f"{1e3 * row['period']:g}",
-        _number(row["rms_ote"], ".4f"),
-        settled if died is None else f"died {died:.2f}",
-        _number(row["largest_u"], ".4g"),
-        _number(None if share is None else 100 * share, ".1f"),
-        _number(row["largest_filter_error"], ".1e"),
+        number(row["rms_ote"], ".4f"),
+        settled if diverged is None else f"diverged\n{diverged:.2f}",
+        number(row["largest_u"], ".4g"),
+        number(None if share is None else 100 * share, ".1f"),
+        number(row["largest_filter_error"], ".1e"),
     ]
-
-
-def _number(value: float | None, spec: str) -> str:
-    return "-" if value is None else format(value, spec)

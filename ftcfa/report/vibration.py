@@ -1,8 +1,6 @@
-"""Vibration specifications as a user chooses among them: lists, fits, levels, steps."""
+"""Vibration specifications as plain data and as tables: lists, fits, levels, steps."""
 
-import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
@@ -12,6 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ftcfa.report.records import versions
+from ftcfa.report.terminal import print_facts
 from ftcfa.study.realised_spectrum import RealisedSpecification, SpectrumEstimate
 from ftcfa.vibration.spectra.filter_fit import DB, FilterFit
 from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
@@ -23,21 +23,25 @@ from ftcfa.vibration.spectra.spectrum import (
 from ftcfa.vibration.spectra.standards import NOT_STATED, Standard
 
 PERIOD = 1e-3
-"""Controller period that the substeps are stated for, the default of a loop [s]."""
+"""Controller period for which the number of substeps is given, the default of a loop [s]."""
 ERRORS = ("worst_db", "worst_frequency", "edge_db", "edge_frequency", "rms_error", "outside")
 VERDICTS = ("within_tolerance", "within_edge_tolerance")
-"""What is told of a fit, by the names of its attributes."""
+"""Attributes of a fit that its record holds: numbers, and yes or no."""
 UNITS = {
     "g_rms": "g",
     "nominal_g_rms": "g",
     "band": "Hz",
     "points": "[Hz, g^2/Hz]",
 }
-"""Of what is told of a table."""
+"""Units of the entries that describe a table."""
 
 
 def unverified(verified: str) -> bool:
-    """Whether no primary source of a table was seen, by what its author says of it."""
+    """Whether no primary source of a table was seen.
+
+    Args:
+        verified: What its author says of how far it was checked.
+    """
     return verified == NOT_STATED or verified.startswith("unverified")
 
 
@@ -48,9 +52,9 @@ def provenance_lines(source: str, verified: str) -> list[str]:
 
 
 def catalogue_record(standards: Mapping[str, Standard]) -> dict[str, Any]:
-    """All that `ftcfa vibration` alone shows, as plain data."""
+    """All that ``ftcfa vibration`` without names shows, as plain data."""
     return {
-        "standards": [_described(standard) for standard in standards.values()],
+        "standards": [_table(standard) for standard in standards.values()],
         "roads": {
             "provenance": PROVENANCE,
             "reference_frequency": REFERENCE_FREQUENCY,
@@ -61,14 +65,11 @@ def catalogue_record(standards: Mapping[str, Standard]) -> dict[str, Any]:
 
 
 def realised_record(realised: Sequence[RealisedSpecification]) -> dict[str, Any]:
-    """What summary.json holds: an entry a specification, and what is needed to run it again."""
+    """Content of summary.json: an entry a specification, and what is needed to run it again."""
     return {
         "specifications": [_realised(one) for one in realised],
         "period": PERIOD,
-        "versions": {
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("ftcfa", "numpy", "scipy", "matplotlib")},
-        },
+        "versions": versions("ftcfa", "numpy", "scipy", "matplotlib"),
         "units": {
             **UNITS,
             "worst_db": "dB",
@@ -84,7 +85,8 @@ def realised_record(realised: Sequence[RealisedSpecification]) -> dict[str, Any]
     }
 
 
-def _described(standard: Standard) -> dict[str, Any]:
+def _table(standard: Standard) -> dict[str, Any]:
+    """Record of a table: its points, level and source."""
     spectrum = standard.spectrum
     g = spectrum.densities / STANDARD_GRAVITY**2
     return {
@@ -102,8 +104,9 @@ def _described(standard: Standard) -> dict[str, Any]:
 
 
 def _realised(one: RealisedSpecification) -> dict[str, Any]:
+    """Record of a specification: its table, the fit, and the spectra of realisations."""
     return {
-        **_described(one.standard),
+        **_table(one.standard),
         "largest_step": band_step_limit(one.standard.spectrum),
         "substeps": substeps_needed(one.standard.spectrum, PERIOD),
         "fit": _fit(one.fit),
@@ -118,6 +121,7 @@ def _realised(one: RealisedSpecification) -> dict[str, Any]:
 
 
 def _fit(fit: FilterFit) -> dict[str, Any]:
+    """Record of a fitted filter."""
     return {
         "sentence": str(fit),
         "order": fit.filter.order,
@@ -128,6 +132,7 @@ def _fit(fit: FilterFit) -> dict[str, Any]:
 
 
 def _estimate(estimate: SpectrumEstimate) -> dict[str, Any]:
+    """Record of an estimated spectrum."""
     return {
         "g_rms": float(estimate.rms[0]) / STANDARD_GRAVITY,
         "resolution": float(estimate.frequencies[0]),
@@ -137,11 +142,11 @@ def _estimate(estimate: SpectrumEstimate) -> dict[str, Any]:
 
 
 def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
-    """Write the names that need no table, below where they come from.
+    """Print the names of the known specifications, grouped by their sources.
 
     Args:
-        record: Of `catalogue_record`.
-        console: Where to write.
+        record: Result of `catalogue_record`.
+        console: Where to print.
     """
     for (source, verified), entries in groupby(
         record["standards"], itemgetter("source", "verified")
@@ -164,28 +169,25 @@ def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
 
 
 def print_realised(record: Mapping[str, Any], console: Console) -> None:
-    """Write what became of each specification.
+    """Print what became of each specification.
 
     Args:
-        record: Of `realised_record`.
-        console: Where to write.
+        record: Result of `realised_record`.
+        console: Where to print.
     """
     for entry in record["specifications"]:
         _print_plain(entry["name"], "bold", console)
-        facts = Table.grid(padding=(0, 2))
-        facts.add_column(style="dim", no_wrap=True)
-        facts.add_column(overflow="fold")
-        facts.add_row("source", Text(entry["source"]))
-        facts.add_row("verified", Text(*_marked(entry["verified"])))
-        for label, text in _facts(entry, record["period"]):
-            facts.add_row(label, text)
-        console.print(facts, "", highlight=False, markup=False)
+        print_facts(_facts(entry, record["period"]), console)
+        console.print()
 
 
-def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str]]:
+def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str | Text]]:
+    """Labels and texts of what became of a specification."""
     shaped, tones = (entry["realised"][name] for name in ("shaped_noise", "random_phase"))
     error = DB * np.log1p(shaped["standard_error"])
     return [
+        ("source", Text(entry["source"])),
+        ("verified", Text(*_marked(entry["verified"]))),
         ("specified", f"{entry['g_rms']:.4g} g rms, {_band(entry)}"),
         ("fitted", entry["fit"]["sentence"]),
         (
@@ -208,7 +210,7 @@ def _band(entry: Mapping[str, Any]) -> str:
 
 
 def _marked(verified: str) -> tuple[str, str]:
-    """A text and its style: what is unverified strikes the eye."""
+    """A text and its style: yellow if it says that a table is unverified."""
     return verified, "yellow" if unverified(verified) else ""
 
 

@@ -1,13 +1,14 @@
 """What a path amounts to, counted as it runs: settling, errors, torques, saturation, energy."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import positive
 from ftcfa.control.protocol import Signals
+from ftcfa.parts import Parameters, number_fields
 
 ROUNDING = 1e-12
 """Of a time over the period."""
@@ -60,6 +61,8 @@ class PathMetrics:
 
     tolerance: float
     after: float = 0.0
+
+    varies: ClassVar[Parameters] = number_fields("tolerance", "after")
 
     def __post_init__(self) -> None:
         positive("tolerance", self.tolerance, "rad or m")

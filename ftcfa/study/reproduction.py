@@ -1,19 +1,16 @@
-"""The paper's study (Section V) as data: its cases, how one runs, and the numbers of its table."""
+"""The paper's study (Section V) as data: its cases, and how one runs."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-import numpy as np
 import xarray as xr
 
-from ftcfa.arrays import Array
 from ftcfa.control.ftcf import FTCF, Gains
 from ftcfa.engine.simulate import simulate
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid
 from ftcfa.model.pendulum import PaperPendulum
 from ftcfa.model.urdf.load import load_arm
-from ftcfa.statistics.settling import below_for_good
 from ftcfa.vibration.excitations.white_noise import Convention, WhiteNoise
 from ftcfa.vibration.inputs.noise_input import BaseAcceleration, PaperPendulumInput
 from ftcfa.vibration.vibration import Vibration
@@ -32,17 +29,6 @@ Q0 = (-0.1, 0.25)
 V0 = (-0.3, 0.45)
 RECORDED = ("u_command", "alpha", "abar")
 """Internal signals that the table and the figures need."""
-
-UNITS = {
-    "period": "s",
-    "rms_ote": "rad",
-    "settled_after": "s",
-    "largest_u": "N m",
-    "saturated_share": "1",
-    "largest_filter_error": "rad/s",
-    "diverged_at": "s",
-}
-"""Units of the columns of `summary_row`."""
 
 
 @dataclass(frozen=True)
@@ -108,44 +94,3 @@ def closed_loop(case: Case) -> ClosedLoop:
 def run_case(case: Case, duration: float = DURATION) -> xr.Dataset:
     """Path 0 of a case over ``duration`` [s], with the signals that the table needs."""
     return simulate(closed_loop(case), duration, seed=SEED, signals=RECORDED)
-
-
-def summary_row(case: Case, dataset: xr.Dataset) -> dict[str, Any]:
-    """The row of a case in the table, as plain data; `UNITS` gives its units.
-
-    A mean or maximum over the last half is None if the path diverged: the dead are not averaged
-    away. The largest torque and the share of saturation are those of the time alive.
-    """
-    time, ote = dataset["time"].values, dataset["ote"].values
-    u, command = np.abs(dataset["u"].values), np.abs(dataset["u_command"].values)
-    filter_error = np.abs(dataset["abar"].values - dataset["alpha"].values)
-    alive, last_half = np.isfinite(ote), time >= time[-1] / 2
-    died = float(dataset["diverged_at"])
-    return {
-        "plant": case.plant,
-        "noise": case.noise,
-        "kappa": case.kappa,
-        "filter": case.filter,
-        "period": case.period,
-        "rms_ote": _finite(np.sqrt(np.mean(ote[last_half] ** 2))),
-        "settled_after": settled_after(time, ote),
-        "largest_u": _finite(np.max(u[alive])),
-        "saturated_share": _finite(np.mean(np.any(command[alive] > u[alive], axis=1))),
-        "largest_filter_error": _finite(np.max(filter_error[last_half])),
-        "diverged_at": _finite(died),
-    }
-
-
-def settled_after(time: Array, ote: Array, band: float = BAND) -> float | None:
-    """Time after which the error stays below the band to the end of the run, or None.
-
-    Args:
-        time: Shape (T,) [s].
-        ote: Overall tracking error, shape (T,) [rad]; NaN counts as outside.
-        band: Half width [rad].
-    """
-    return _finite(below_for_good(time, ote, band))
-
-
-def _finite(value: float | np.floating[Any]) -> float | None:
-    return float(value) if np.isfinite(value) else None

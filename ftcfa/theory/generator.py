@@ -12,7 +12,7 @@ says otherwise.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import casadi as ca
 import numpy as np
@@ -24,9 +24,8 @@ from ftcfa.control.ftcf import FTCF, FTCFState, commanded_acceleration
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.compiler.flatten import leaves, like
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.loop.parameters import replace_parts
-from ftcfa.model.arm import Arm
-from ftcfa.model.traced import column, symbols, traced
+from ftcfa.loop.twin import twin
+from ftcfa.model.traced import column, symbols
 from ftcfa.theory.assumptions import check_white, paper_law
 from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.noise_input import NoiseInput
@@ -148,8 +147,8 @@ def generator(loop: ClosedLoop) -> Generator:
         ParameterError: If the controller is another, or the noise is not white.
     """
     check_white(loop)
-    n, twin = loop.arm.n, replace_parts(loop, _twin)
-    law, arm = paper_law(twin), twin.arm
+    n, traced = loop.arm.n, twin(loop)
+    law, arm = paper_law(traced), traced.arm
     g = law.gains
     q, v = symbols("q", n), symbols("v", n)
     desired = Desired(*(symbols(name, n) for name in Desired._fields))
@@ -163,7 +162,7 @@ def generator(loop: ClosedLoop) -> Generator:
     signals, rates = _limit(law, state, q, v, desired)
     u = np.clip(signals["u"], -arm.effort_limit, arm.effort_limit)
     acceleration = solve_spd(arm.mass_matrix(q), u - arm.bias_force(q, v))
-    noise = _noise(twin, q)  # (n, m)
+    noise = _noise(traced, q)  # (n, m)
 
     v1, v2 = column(q - desired.q - s1), column(v - psi1 - s2 - rho)
     parts = (v1, v2, column(s1), column(s2))
@@ -216,7 +215,3 @@ def _noise(loop: ClosedLoop, q: Array) -> ca.SX:
     M = loop.arm.mass_matrix(q)
     columns = [solve_spd(M, (Lambda @ Sigma)[:, k]) for k in range(len(Sigma))]
     return ca.horzcat(*(column(each) for each in columns))
-
-
-def _twin(part: Any) -> Any:
-    return traced(part) if isinstance(part, Arm) else part

@@ -101,7 +101,7 @@ def inertia_bounds(
     if uncertainty is None:
         return InertiaBounds(smallest, largest)
     counting("draws", draws)
-    inertias = uncertainty.draw(arm, seed, range(draws))["arm.inertias"]
+    inertias = uncertainty.draw(arm, seed, range(draws))["inertias"]
     postures = np.random.default_rng(0).uniform(*joint_box(arm), (POSTURES, arm.n))
     norms = np.array([_norms(arm, arm.with_inertias(rows), postures) for rows in inertias])
     worst = np.argsort(norms.max(axis=1))[::-1][:IMPROVED]

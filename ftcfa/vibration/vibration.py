@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import Check, about, check_fields, having, not_negative
 from ftcfa.errors import ShapeError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, Shaking, noise_input
 
@@ -40,6 +41,8 @@ class Vibration:
     input: NoiseInput | Callable[[Any, Array], Array]
     excitation: Annotated[Excitation, Check(having("process", "an excitation"))]
     level: Annotated[float, Check(not_negative)] = 1.0
+
+    varies: ClassVar[Parameters] = number_fields("level")
 
     def __post_init__(self) -> None:
         if callable(self.input) and not hasattr(self.input, "matrix"):

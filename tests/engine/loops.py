@@ -5,7 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ftcfa import FTCF, BaseAcceleration, ClosedLoop, Sinusoid, Vibration, WhiteNoise, load_arm
+from ftcfa import (
+    FTCF,
+    BaseAcceleration,
+    ClosedLoop,
+    Sinusoid,
+    Vibration,
+    WhiteNoise,
+    load_arm,
+    number_fields,
+)
 from ftcfa.model.urdf.catalogue import catalogue
 
 FULL_VARPI = [[0.2, 0.1, 0.0], [0.1, 0.3, 0.05], [0.0, 0.05, 0.1]]
@@ -61,6 +70,7 @@ class Spring:
 
     k: float = 0.0
     d: float = 0.0
+    varies = number_fields("k", "d")
 
     def init(self, q, v, desired):  # noqa: ARG002
         return Nothing()
@@ -82,6 +92,7 @@ class PI:
 
     p: float = 5.0
     i: float = 20.0
+    varies = number_fields("p", "i")
 
     def init(self, q, v, desired):  # noqa: ARG002
         return Integral(np.zeros_like(q), 0)

@@ -115,8 +115,8 @@ def test_seeds_and_paths_have_other_robots(loop):
 def test_the_drawn_robots_are_coordinates(loop, arm):
     run = simulate_paths(loop, 3, 0.0, seed=1)
     for name, values in UNCERTAINTY.draw(arm, 1, range(3)).items():
-        np.testing.assert_array_equal(run[name], values)
-        assert name in run.coords
+        np.testing.assert_array_equal(run[f"arm.{name}"], values)
+        assert f"arm.{name}" in run.coords
 
 
 def test_other_parameters_can_vary_too(loop, engine):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from ftcfa import (
     Vibration,
     WhiteNoise,
     load_arm,
+    number_fields,
     simulate,
     simulate_paths,
 )
@@ -224,20 +225,23 @@ def test_an_amplitude_outlives_a_change_of_its_noise_input(order, engine):
 class Gain(NamedTuple):
     p: float
     d: float
+    varies = number_fields("p", "d")
 
 
 @dataclass(frozen=True, slots=True)
 class Slotted:
     k: float
+    varies: ClassVar = number_fields("k")
 
 
+@dataclass(frozen=True)
 class Mixed:
     """A user's law: gains in a NamedTuple, a slotted dataclass and an array, one of them cached."""
 
-    def __init__(self, p=5.0, d=1.0, k=3.0, bias=(0.1, 0.2)):
-        self.gains = Gain(p, d)
-        self.inner = Slotted(k)
-        self.bias = np.array(bias)
+    gains: Gain
+    inner: Slotted
+    bias: tuple
+    varies = number_fields("bias")
 
     @cached_property
     def stiffness(self):
@@ -260,7 +264,8 @@ class Designed(Spring):
 
 
 def test_parameters_of_a_users_law(engine):
-    loop = masses(law=Mixed(), reference=Sinusoid([0.3, 0.2]), period=0.01)
+    law = Mixed(Gain(5.0, 1.0), Slotted(3.0), (0.1, 0.2))
+    loop = masses(law=law, reference=Sinusoid([0.3, 0.2]), period=0.01)
     vary = {
         "controller.gains.p": around(5.0),
         "controller.inner.k": around(3.0),
@@ -269,7 +274,9 @@ def test_parameters_of_a_users_law(engine):
     assert_each_path_is_its_own_loop(
         loop,
         vary,
-        lambda p, k, bias: replace(loop, controller=Mixed(float(p), 1.0, float(k), bias)),
+        lambda p, k, bias: replace(
+            loop, controller=Mixed(Gain(float(p), 1.0), Slotted(float(k)), bias)
+        ),
         engine,
         duration=0.5,
     )
@@ -331,19 +338,36 @@ def test_what_is_no_number_is_refused(loop, engine):
     text = refused(loop, engine, ParameterError, controller__gains=np.ones(3))
     assert "parameter controller.gains: a Gains, expected numbers" in text
     assert "try controller.gains.c1, controller.gains.c2" in text
-    assert "a str" in refused(loop, engine, ParameterError, integrator=np.ones(3))
-    assert "a tuple" in refused(loop, engine, ParameterError, arm__joint_names=np.ones(3))
     quiet = replace(loop, vibration=None)
     assert "not given" in refused(quiet, engine, ParameterError, vibration=np.ones(3))
 
 
 def test_what_follows_from_others_is_refused(loop, engine):
-    for name in ("arm__n", "arm__moving_mass", "arm__mass_matrix", "vibration__process"):
-        text = refused(loop, engine, ParameterError, **{name: np.ones(3)})
-        assert "computed from others, expected numbers that can be replaced" in text
+    for word in ("n", "moving_mass", "mass_matrix", "joint_names", "gravity"):
+        text = refused(loop, engine, ParameterError, **{f"arm__{word}": np.ones(3)})
+        assert f"parameter arm.{word}: fixed, or computed from others, expected one of: G, " in text
+        assert "; Arm.varies declares what may differ from path to path" in text
+    text = refused(loop, engine, ParameterError, vibration__process=np.ones(3))
+    assert "computed from others, expected one of: excitation, level; Vibration.varies" in text
 
 
-@pytest.mark.parametrize("name", ["period", "substeps", "reference", "reference.amplitude"])
+@dataclass(frozen=True)
+class Undeclared(Spring):
+    """A user's law that says nothing of its parameters."""
+
+    varies: ClassVar = {}
+
+
+def test_a_part_that_declares_nothing_says_how_to(engine):
+    loop = masses(law=Undeclared(k=4.0))
+    text = refused(loop, engine, ParameterError, controller__k=np.ones(3))
+    assert "parameter controller.k: a Undeclared, which declares no parameters, expected" in text
+    assert '; write varies = number_fields("k") into it' in text
+
+
+@pytest.mark.parametrize(
+    "name", ["period", "substeps", "reference", "reference.amplitude", "integrator"]
+)
 def test_what_all_paths_share_is_refused(loop, engine, name):
     text = refused(loop, engine, ParameterError, **{name.replace(".", "__"): np.ones(3)})
     assert f"varied {name}: common to all paths" in text
@@ -384,7 +408,7 @@ def test_values_that_are_no_numbers_are_refused(loop, engine):
         ("controller__gains__c1", [1.0, 0.0, 2.0], "Gains c1: 0.0, expected a number > 0"),
         ("controller__gains__kappa", [0.5, 1.5, 0.7], "Gains kappa: 1.5, expected 0 < kappa <= 1"),
         ("controller__filter__r2", [1.0, -3.0, 2.0], "ImplicitFilter r2: -3.0"),
-        ("controller__network__nodes", [3.0, 4.0, 5.0], "nodes: 3.0, expected an integer >= 1"),
+        ("arm__damping", -np.ones((3, 3)), "friction of double_pendulum: -1, expected numbers >="),
     ],
 )
 def test_values_that_their_part_refuses_are_refused(loop, engine, name, values, expected):

@@ -66,7 +66,7 @@ def logarithm(S: Array) -> Array:
 
 @pytest.mark.parametrize("uncertainty", WIDE.values(), ids=WIDE.keys())
 def test_every_draw_is_a_possible_robot(uncertainty: Uncertainty) -> None:
-    inertias = uncertainty.draw(PANDA, 1, range(DRAWS))["arm.inertias"]
+    inertias = uncertainty.draw(PANDA, 1, range(DRAWS))["inertias"]
     assert inertias.shape == (DRAWS, len(PANDA.g0), 10)
     assert np.all(np.isfinite(inertias))
     assert np.all(inertias[..., 0] > 0)
@@ -85,7 +85,7 @@ def test_every_draw_is_a_possible_robot(uncertainty: Uncertainty) -> None:
 
 @pytest.mark.parametrize("name", ["log-normal", "bounded"])
 def test_draws_of_half_the_size_are_strictly_possible(name: str) -> None:
-    inertias = WIDE[name].draw(PANDA, 2, range(DRAWS))["arm.inertias"]
+    inertias = WIDE[name].draw(PANDA, 2, range(DRAWS))["inertias"]
     principal = np.linalg.eigvalsh(central_inertia(inertias))
     assert np.all(principal > 0)
     assert np.all(principal[..., 0] + principal[..., 1] > principal[..., 2])
@@ -98,7 +98,7 @@ def test_a_body_that_rounding_in_its_urdf_makes_impossible_is_drawn_possible(
     arm = load_arm(str(urdf(robot(BASE, flat, link("lower"), SHOULDER, ELBOW))))
     with pytest.raises(ParameterError):
         arm.check_inertias(arm.inertias)
-    arm.check_inertias(WIDE["log-normal"].draw(arm, 0, range(100))["arm.inertias"])
+    arm.check_inertias(WIDE["log-normal"].draw(arm, 0, range(100))["inertias"])
 
 
 def assert_standard(sample: Array) -> None:
@@ -118,7 +118,7 @@ def assert_uniform(sample: Array, low: float, high: float) -> None:
 
 def drawn_deviates(two_joints: Arm, uncertainty: Uncertainty) -> dict[str, Array]:
     """What was drawn for two balls, recovered from their mass, centre and inertia."""
-    inertias = uncertainty.draw(two_joints, 3, range(DRAWS))["arm.inertias"]
+    inertias = uncertainty.draw(two_joints, 3, range(DRAWS))["inertias"]
     m, c = mass_and_centre(inertias)
     ball = 0.05 * np.eye(3)  # second moments of the nominal body
     E = logarithm(second_moments(inertias) / m[..., None, None] @ np.linalg.inv(ball)) / 2
@@ -149,7 +149,7 @@ def test_bounded_spreads_are_bounds(two_joints: Arm) -> None:
 
 
 def test_log_normal_strain_is_as_large_along_any_direction(two_joints: Arm) -> None:
-    inertias = Uncertainty(shape=0.1).draw(two_joints, 4, range(DRAWS))["arm.inertias"]
+    inertias = Uncertainty(shape=0.1).draw(two_joints, 4, range(DRAWS))["inertias"]
     E = logarithm(second_moments(inertias[:, 0]) / 0.05) / 2
     for direction in np.random.default_rng(0).standard_normal((4, 3)):
         x = direction / np.linalg.norm(direction)
@@ -158,7 +158,7 @@ def test_log_normal_strain_is_as_large_along_any_direction(two_joints: Arm) -> N
 
 def test_bodies_and_their_numbers_are_drawn_independently(two_joints: Arm) -> None:
     uncertainty = Uncertainty(mass=0.3, centre=0.02, shape=0.1)
-    inertias = uncertainty.draw(two_joints, 3, range(DRAWS))["arm.inertias"]
+    inertias = uncertainty.draw(two_joints, 3, range(DRAWS))["inertias"]
     m, c = mass_and_centre(inertias)
     E = logarithm(second_moments(inertias) / m[..., None, None])
     columns = [np.log(m), c.reshape(DRAWS, -1), E[..., *np.triu_indices(3)].reshape(DRAWS, -1)]
@@ -171,12 +171,12 @@ def test_bodies_and_their_numbers_are_drawn_independently(two_joints: Arm) -> No
 def test_friction_is_spread_as_masses_are(distribution: str) -> None:
     uncertainty = Uncertainty(friction=0.4, distribution=distribution)  # type: ignore[arg-type]
     drawn = uncertainty.draw(XARM, 5, range(2000))
-    assert sorted(drawn) == ["arm.damping", "arm.friction", "arm.inertias"]
+    assert sorted(drawn) == ["damping", "friction", "inertias"]
     np.testing.assert_allclose(
-        drawn["arm.inertias"], np.broadcast_to(XARM.inertias, (2000, *XARM.inertias.shape)),
+        drawn["inertias"], np.broadcast_to(XARM.inertias, (2000, *XARM.inertias.shape)),
         rtol=0, atol=ROUNDING,
     )  # fmt: skip
-    factors = {name: drawn[f"arm.{name}"] / getattr(XARM, name) for name in ("damping", "friction")}
+    factors = {name: drawn[name] / getattr(XARM, name) for name in ("damping", "friction")}
     for factor in factors.values():
         if distribution == "bounded":
             assert_uniform(factor.ravel(), 0.6, 1.4)
@@ -188,13 +188,13 @@ def test_friction_is_spread_as_masses_are(distribution: str) -> None:
 
 def test_only_the_friction_that_there_is_is_drawn() -> None:
     arm = replace(XARM, friction=np.zeros_like(XARM.friction))
-    assert sorted(Uncertainty(friction=0.1).draw(arm, 0, [0])) == ["arm.damping", "arm.inertias"]
+    assert sorted(Uncertainty(friction=0.1).draw(arm, 0, [0])) == ["damping", "inertias"]
 
 
 @pytest.mark.parametrize("distribution", ["log-normal", "bounded"])
 def test_payloads_are_uniform(two_joints: Arm, distribution: str) -> None:
     uncertainty = Uncertainty(payload=(0.5, 2.0), distribution=distribution)  # type: ignore[arg-type]
-    inertias = uncertainty.draw(two_joints, 6, range(DRAWS))["arm.inertias"]
+    inertias = uncertainty.draw(two_joints, 6, range(DRAWS))["inertias"]
     assert_uniform(inertias[:, 1, 0] - 1.0, 0.5, 2.0)
     np.testing.assert_allclose(inertias[:, 0, 0], 1.0, rtol=ROUNDING)
 
@@ -248,9 +248,9 @@ def test_a_payload_of_a_real_arm(urdf: Callable[..., Path]) -> None:
 )
 def test_the_tip_carries_the_payload_unless_another_frame_is_named(name: str, tip: str) -> None:
     arm = load_arm(name)
-    by_default = Uncertainty(payload=(1.0, 2.0)).draw(arm, 0, range(5))["arm.inertias"]
+    by_default = Uncertainty(payload=(1.0, 2.0)).draw(arm, 0, range(5))["inertias"]
     named = Uncertainty(payload=(1.0, 2.0), payload_frame=tip).draw(arm, 0, range(5))
-    np.testing.assert_array_equal(by_default, named["arm.inertias"])
+    np.testing.assert_array_equal(by_default, named["inertias"])
 
 
 ALL = Uncertainty(
@@ -265,42 +265,42 @@ def test_a_robot_is_the_same_alone_and_among_many() -> None:
         alone = ALL.draw(XARM, 8, [numbers[i]])
         for name, values in batch.items():
             np.testing.assert_array_equal(alone[name][0], values[i])
-    inertias = batch["arm.inertias"]
+    inertias = batch["inertias"]
     assert len(np.unique(inertias[:, 0, 0])) == len(numbers)
-    assert not np.any(inertias[:, :, 0] == ALL.draw(XARM, 9, numbers)["arm.inertias"][:, :, 0])
+    assert not np.any(inertias[:, :, 0] == ALL.draw(XARM, 9, numbers)["inertias"][:, :, 0])
 
 
 def test_a_spread_changes_only_what_it_is_the_spread_of() -> None:
-    lone = Uncertainty(mass=0.2).draw(XARM, 8, range(10))["arm.inertias"]
+    lone = Uncertainty(mass=0.2).draw(XARM, 8, range(10))["inertias"]
     np.testing.assert_array_equal(
-        ALL.draw(XARM, 8, range(10))["arm.inertias"][:, 4:, 0], lone[:, 4:, 0]
+        ALL.draw(XARM, 8, range(10))["inertias"][:, 4:, 0], lone[:, 4:, 0]
     )
 
 
 def test_no_path_gives_empty_arrays() -> None:
     drawn = ALL.draw(XARM, 0, [])
-    assert drawn["arm.inertias"].shape == (0, len(XARM.g0), 10)
-    assert drawn["arm.damping"].shape == (0, len(XARM.g0))
+    assert drawn["inertias"].shape == (0, len(XARM.g0), 10)
+    assert drawn["damping"].shape == (0, len(XARM.g0))
 
 
 def test_what_is_not_given_is_certain(arm: Arm) -> None:
-    same = Uncertainty().draw(arm, 0, [3])["arm.inertias"][0]
+    same = Uncertainty().draw(arm, 0, [3])["inertias"][0]
     scale = np.abs(arm.inertias).max(axis=1, keepdims=True)
     assert np.all(np.abs(same - arm.inertias) <= ROUNDING * scale)
 
 
 def test_massless_bodies_stay() -> None:
     arm = load_arm("double_pendulum")
-    inertias = WIDE["log-normal"].draw(arm, 0, range(100))["arm.inertias"]
+    inertias = WIDE["log-normal"].draw(arm, 0, range(100))["inertias"]
     np.testing.assert_array_equal(inertias[:, arm.inertias[:, 0] == 0], 0.0)
 
 
 def test_the_robot_of_a_path_is_an_arm() -> None:
     drawn, made = ALL.draw(XARM, 8, [5]), ALL.robot(XARM, 8, 5)
     slack = ROUNDING * np.abs(XARM.inertias).max()
-    np.testing.assert_allclose(made.inertias, drawn["arm.inertias"][0], rtol=0, atol=slack)
-    np.testing.assert_array_equal(made.damping, drawn["arm.damping"][0])
-    np.testing.assert_array_equal(made.friction, drawn["arm.friction"][0])
+    np.testing.assert_allclose(made.inertias, drawn["inertias"][0], rtol=0, atol=slack)
+    np.testing.assert_array_equal(made.damping, drawn["damping"][0])
+    np.testing.assert_array_equal(made.friction, drawn["friction"][0])
     assert made.joint_names == XARM.joint_names
     assert made.source is not None
     assert made.source["damping"] == made.damping.tolist()

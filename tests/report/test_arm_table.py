@@ -40,7 +40,7 @@ def gantry(tmp_path):
 
 def table(record, width=80) -> str:
     stream = io.StringIO()
-    print_arm(record, "an arm", Console(file=stream, width=width))
+    print_arm(record, Console(file=stream, width=width), "an arm")
     return stream.getvalue()
 
 

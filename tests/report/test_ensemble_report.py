@@ -25,8 +25,9 @@ from ftcfa import (
     settling,
     verify,
 )
-from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf, print_ensemble
+from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf
 from ftcfa.report.ensemble_figure import ensemble_figure
+from ftcfa.report.ensemble_table import print_ensemble
 from ftcfa.report.verification import print_verification, verification_record
 
 ARM = load_arm("double_pendulum")
@@ -186,7 +187,7 @@ def test_one_path_alone_can_be_drawn_and_told():
 
 def test_record_against_scipy(sound):
     record = ensemble_record(sound, ASKED)
-    assert (record["paths"], record["asked"], record["seed"]) == (PATHS, ASKED, 2)
+    assert (record["paths"], record["requested"], record["seed"]) == (PATHS, ASKED, 2)
     exact = stats.binomtest(0, PATHS).proportion_ci(method="exact")
     assert record["diverged"]["count"] == 0
     assert record["diverged"]["share"]["high"] == pytest.approx(exact.high)
@@ -229,7 +230,7 @@ def test_what_is_printed(either, width):
     words = " ".join(text.split())
     dead = record["diverged"]
     for expected in (
-        "interrupted, 100 were asked for",
+        "interrupted, 100 were requested",
         "Definition 1 the 97.5 % upper bound of E|z1|^2",
         "with distribution-free 95 % intervals",
         "peak torque rate",
@@ -240,7 +241,7 @@ def test_what_is_printed(either, width):
     if dead["count"]:
         assert f"paths {', '.join(map(str, dead['first_paths']))}, ..." in words
         assert "later than 0.3 s" in words
-        assert "of survivors" in words
+        assert "not diverged" in words
 
 
 @pytest.fixture(scope="module")

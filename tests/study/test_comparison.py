@@ -18,7 +18,8 @@ from ftcfa import (
     load_arm,
     simulate_paths,
 )
-from ftcfa.report.comparison import sentences
+from ftcfa.report.comparison import comparison_record
+from ftcfa.report.comparison_table import sentences
 from ftcfa.study.comparison import METRICS, SHARES, compare
 
 PATHS, DURATION = 40, 1.0
@@ -124,7 +125,7 @@ def test_a_path_that_diverged_is_the_worst_of_all(loops):
     assert difference.sel(bound="estimate") == 1.0
     assert found["significant"].sel(loop="thrown", metric="diverged")
     assert not found["significant"].sel(metric=living).any()
-    assert "not comparable" in sentences(found)[1]
+    assert "not comparable" in sentences(comparison_record(found))[1]
 
 
 def test_shares_are_compared_by_mcnemars_exact_test(result):

@@ -8,6 +8,8 @@ import pytest
 import xarray as xr
 
 from ftcfa import FTCF, Arm, PaperPendulum, PaperPendulumInput
+from ftcfa.report.reproduction import UNITS, summary_row
+from ftcfa.statistics.settling import below_for_good
 from ftcfa.study.reproduction import (
     ASYMPTOTIC,
     BAND,
@@ -15,12 +17,9 @@ from ftcfa.study.reproduction import (
     EXPLICIT,
     FINITE_TIME,
     QUICK_CASES,
-    UNITS,
     Case,
     closed_loop,
     run_case,
-    settled_after,
-    summary_row,
 )
 
 PROTOTYPE = {FINITE_TIME: 0.0030, ASYMPTOTIC: 0.038}
@@ -174,9 +173,9 @@ def test_a_diverged_path_is_not_averaged_away(alive) -> None:
         ([0.01, 0.02, 0.03], 0.0),
         ([0.10, 0.02, 0.03], 1.0),
         ([0.01, BAND, 0.03], 2.0),
-        ([0.01, 0.02, 0.10], None),
-        ([0.01, np.nan, np.nan], None),
+        ([0.01, 0.02, 0.10], np.nan),
+        ([0.01, np.nan, np.nan], np.nan),
     ],
 )
 def test_settled_after(ote, expected) -> None:
-    assert settled_after(np.arange(3.0), np.array(ote)) == expected
+    np.testing.assert_equal(below_for_good(np.arange(3.0), np.array(ote), BAND), expected)

@@ -35,7 +35,7 @@ SPREADS = [
 def splits(uncertainty: Uncertainty) -> tuple[list[InertiaSplit], Array]:
     """M at random postures of drawn Pandas: split, and whole."""
     rng = np.random.default_rng(0)
-    inertias = uncertainty.draw(PANDA, 1, range(DRAWS))["arm.inertias"]
+    inertias = uncertainty.draw(PANDA, 1, range(DRAWS))["inertias"]
     found, whole = [], []
     for rows in inertias:
         true, q = PANDA.with_inertias(rows), rng.uniform(PANDA.lower, PANDA.upper)
@@ -97,7 +97,7 @@ def test_the_largest_change_of_a_single_pendulum(urdf: Callable[..., Path]) -> N
     M, spread, draws = 0.1 + 1.0 * (0.1**2 + 0.2**2), 0.3, 1000
     uncertainty = Uncertainty(mass=spread, distribution="bounded")
     bounds = inertia_bounds(arm, uncertainty, draws=draws, seed=4)
-    factors = uncertainty.draw(arm, 4, range(draws))["arm.inertias"][:, 0, 0]
+    factors = uncertainty.draw(arm, 4, range(draws))["inertias"][:, 0, 0]
     assert bounds.smallest == pytest.approx(M)
     assert bounds.largest == pytest.approx(M)
     assert bounds.change == pytest.approx(M * np.max(np.abs(factors - 1)), rel=SEARCH)
@@ -113,7 +113,7 @@ def test_the_largest_change_by_a_payload_is_found_in_its_posture() -> None:
     )
     draws = 300
     bounds = inertia_bounds(PENDULUM, uncertainty, draws=draws, seed=1)
-    loads = uncertainty.draw(PENDULUM, 1, range(draws))["arm.inertias"][:, 2, 0] - 0.8
+    loads = uncertainty.draw(PENDULUM, 1, range(draws))["inertias"][:, 2, 0] - 0.8
     assert bounds.path == np.argmax(loads)
     assert bounds.change == pytest.approx(loads.max() * (0.8**2 + 1.2**2), rel=SEARCH)
     assert bounds.posture is not None

@@ -34,7 +34,9 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.cli import main
-from ftcfa.report.bounds import bounds_record, generator_figure, print_bounds
+from ftcfa.report.bounds import bounds_record
+from ftcfa.report.bounds_figure import bounds_figure
+from ftcfa.report.bounds_table import print_bounds
 from ftcfa.report.figures import rendered
 from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
@@ -395,7 +397,7 @@ def test_record_of_a_loop_that_the_theorem_does_not_cover():
 def test_figure():
     loop = hanging_link()
     followed = theorem_paths(loop, bounds(loop, eps=LINK_EPS), 8, 0.2)
-    figure = generator_figure(followed, followed, "title", ["a", "b", "c"])
+    figure = bounds_figure(followed, followed, "title", ["a", "b", "c"])
     assert [ax.get_title() or ax.get_title("left") for ax in figure.axes] == ["a", "b", "c"]
     told = [text.get_text() for ax in figure.axes for text in ax.texts]
     assert any(text.startswith("promised: ") for text in told)

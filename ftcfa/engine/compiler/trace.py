@@ -26,9 +26,9 @@ from ftcfa.engine.compiler.agreement import (
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
-from ftcfa.loop.parameters import parameter, preparation, replace_parts, with_parameter
-from ftcfa.model.arm import Arm
-from ftcfa.model.traced import symbols, traced
+from ftcfa.loop.parameters import parameter, preparation, with_parameters
+from ftcfa.loop.twin import twin
+from ftcfa.model.traced import symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,19 +106,17 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
     desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
     template = loop.init(desired)
     shapes = loop.signal_shapes()
-    twin = replace_parts(loop, _twin)
-    inputs, preparations = [], []
-    for i, name in enumerate(varied):
-        value = parameter(loop, name)
-        prepare = preparation(twin, name)
-        prepared = prepare(value[None])[0]
-        symbol = symbols(f"p{i}", max(1, size(prepared)))
-        twin = with_parameter(twin, name, symbol.reshape(np.shape(prepared)))
-        inputs.append(symbol)
-        preparations.append((name, prepare))
+    loop_twin: ClosedLoop = twin(loop)
+    preparations = tuple((name, preparation(loop_twin, name)) for name in varied)
+    inputs, values = [], {}
+    for i, (name, prepare) in enumerate(preparations):
+        prepared = prepare(parameter(loop, name)[None])[0]
+        inputs.append(symbols(f"p{i}", max(1, size(prepared))))
+        values[name] = inputs[-1].reshape(np.shape(prepared))
+    loop_twin = with_parameters(loop_twin, values)
     with _symbols_without_value():
-        code = _trace(twin, template, {name: shapes[name] for name in names}, inputs)
-    return replace(code, preparations=tuple(preparations))
+        code = _trace(loop_twin, template, {name: shapes[name] for name in names}, inputs)
+    return replace(code, preparations=preparations)
 
 
 def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
@@ -158,13 +156,13 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
         TracingError: If they differ.
     """
     rng = np.random.default_rng(0)
-    columns: list[Array] = [np.zeros(0)]
-    for name, prepare in code.preparations:
-        value = parameter(loop, name)
-        value = value * (1.0 + DISTURBANCE * rng.standard_normal())  # a body stays a body
-        loop = with_parameter(loop, name, value)
-        columns.append(prepare(value[None]).ravel())
-    parameters = np.concatenate(columns)
+    values = {
+        name: parameter(loop, name) * (1.0 + DISTURBANCE * rng.standard_normal())
+        for name, _ in code.preparations  # a factor: a body stays a body
+    }
+    columns = [prepare(values[name][None]).ravel() for name, prepare in code.preparations]
+    parameters = np.concatenate([np.zeros(0), *columns])
+    loop = with_parameters(loop, values)
 
     def by_code(sample: Sample) -> Iterator[tuple[str, Array]]:
         desired, motion = flat(sample.desired), flat(sample.state.motion)
@@ -246,10 +244,6 @@ def _trace(
         [_flat(leaves(loop.init(desired, initial)))],
     )
     return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
-
-
-def _twin(part: Any) -> Any:
-    return traced(part) if isinstance(part, Arm) else part
 
 
 def _symbol_like(leaf: Array) -> Array:

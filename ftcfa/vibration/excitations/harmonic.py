@@ -1,7 +1,7 @@
 """Harmonic excitation, and the process of any sum of sinusoids."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from ftcfa.checks import (
     positive_numbers,
     vector,
 )
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
 
@@ -40,6 +41,8 @@ class Harmonic(Excitation):
     amplitude: Annotated[npt.ArrayLike, Check(not_negative_numbers, "m/s^2")]
     frequency: Annotated[npt.ArrayLike, Check(positive_numbers, "Hz")]
     phase: Annotated[npt.ArrayLike | None, Check(finite_numbers, "rad")] = None
+
+    varies: ClassVar[Parameters] = number_fields("amplitude", "frequency", "phase")
 
     def __post_init__(self) -> None:
         check_fields(self)

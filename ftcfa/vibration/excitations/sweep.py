@@ -1,7 +1,7 @@
 """A sine that sweeps through frequencies, up and down, as test benches do."""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, not_negative_numbers, positive, vector
 from ftcfa.errors import ParameterError
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.excitations.harmonic import check_frequency
 
@@ -42,6 +43,8 @@ class SineSweep(Excitation):
     stop: Annotated[float, Check(positive, "Hz")]
     duration: Annotated[float, Check(positive, "s")]
     kind: Kind = "logarithmic"
+
+    varies: ClassVar[Parameters] = number_fields("amplitude", "start", "stop", "duration")
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields, numbers
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 
 Convention = Literal["psd", "amplitude"]
@@ -47,6 +48,8 @@ class WhiteNoise(Excitation):
 
     intensity: Annotated[npt.ArrayLike, Check(check_intensity)] = 0.1
     convention: Convention = "psd"
+
+    varies: ClassVar[Parameters] = number_fields("intensity")
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -88,6 +91,8 @@ class WhiteProcess(Process):
 
     sigma: Array
     step: float
+
+    varies: ClassVar[Parameters] = number_fields("sigma")
 
     @property
     def normals(self) -> int:

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Process
 
 AXES = ("x", "y", "z")
@@ -209,6 +210,8 @@ class PaperPendulumInput(NoiseInput):
 
     m: tuple[float, float] = (0.6, 0.8)
     l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
+
+    varies: ClassVar[Parameters] = number_fields("m", "l")
 
     def matrix(self, arm: Dynamics, q: Array) -> Array:
         """Lambda(q), shape (2, 2) [kg m].

@@ -1,6 +1,5 @@
 """The figure of vibration specifications: what is specified, fitted and realised."""
 
-import json
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,6 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ftcfa.arrays import Array
 from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
+from ftcfa.report.records import summary_file
 from ftcfa.report.vibration import provenance_lines
 from ftcfa.study.realised_spectrum import RealisedSpecification
 from ftcfa.vibration.spectra.filter_fit import DB, DB_TOLERANCE
@@ -34,7 +34,7 @@ GRID = 1000
 
 
 @mpl.rc_context(STYLE)
-def specified_and_realised(realised: Sequence[RealisedSpecification]) -> Figure:
+def vibration_figure(realised: Sequence[RealisedSpecification]) -> Figure:
     """Specifications, fitted filters, and Welch's estimates of realisations, a panel each.
 
     Args:
@@ -128,7 +128,7 @@ def _g_rms(level: float) -> str:
     return f"{level / STANDARD_GRAVITY:#.4g} g rms"
 
 
-def spectra_files(
+def vibration_files(
     realised: Sequence[RealisedSpecification], record: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """Files of ``ftcfa vibration``, by name: PNG and SVG of the figure, and summary.json.
@@ -137,7 +137,6 @@ def spectra_files(
         realised: Of `realise_specification`.
         record: Of `realised_record`.
     """
-    figure = rendered(specified_and_realised(realised))
+    figure = rendered(vibration_figure(realised))
     files = {f"spectrum.{suffix}": content for suffix, content in figure.items()}
-    text = json.dumps(record, indent=2, allow_nan=False) + "\n"
-    return {**files, "summary.json": text.encode()}
+    return {**files, "summary.json": summary_file(record)}

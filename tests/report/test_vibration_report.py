@@ -11,7 +11,6 @@ from rich.console import Console
 
 from ftcfa import read_table, standard, standards
 from ftcfa.report.figures import rendered
-from ftcfa.report.spectra import specified_and_realised, spectra_files
 from ftcfa.report.vibration import (
     catalogue_record,
     print_catalogue,
@@ -19,6 +18,7 @@ from ftcfa.report.vibration import (
     realised_record,
     unverified,
 )
+from ftcfa.report.vibration_figure import vibration_figure, vibration_files
 from ftcfa.study.realised_spectrum import realise_specification
 from ftcfa.vibration.spectra.road import ROAD_CLASSES
 
@@ -52,12 +52,12 @@ def record(realised):
 
 @pytest.fixture(scope="module")
 def figure(realised):
-    return specified_and_realised(realised)
+    return vibration_figure(realised)
 
 
 @pytest.fixture(scope="module")
 def files(realised, record):
-    return spectra_files(realised, record)
+    return vibration_files(realised, record)
 
 
 def printed(function, record, width):
@@ -72,7 +72,7 @@ def test_files_are_the_figure_and_the_record(files, record):
 
 
 def test_same_figure_same_bytes(realised, files):
-    assert rendered(specified_and_realised(realised))["svg"] == files["spectrum.svg"]
+    assert rendered(vibration_figure(realised))["svg"] == files["spectrum.svg"]
 
 
 def test_png_shows_something_and_clips_nothing(files):
@@ -140,7 +140,7 @@ def test_a_very_wide_band_can_be_read(tmp_path):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ftcfa.study.realised_spectrum.LENGTHS", 1)
         patch.setattr("ftcfa.study.realised_spectrum.PERIODS", 2)
-        figure = specified_and_realised([realise_specification(read_table(file)["wide"])])
+        figure = vibration_figure([realise_specification(read_table(file)["wide"])])
     figure.draw_without_rendering()
     shown = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert {"1", "10", "100", "1000"} <= set(shown)

@@ -1,0 +1,79 @@
+"""The command line, thin: each command imports what it needs only when it runs.
+
+Exit status: 0 done, 1 the answer is no, 2 bad input (one sentence for each fault on standard
+error), 3 undecided within the budget, 130 interrupted.
+"""
+
+import signal
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pkgutil import resolve_name
+from typing import Annotated
+
+import typer
+
+from ftcfa.cli.interrupt import interrupted, stop_at_once
+
+COMMANDS = (
+    "ftcfa.cli.commands.inspect:inspect",
+    "ftcfa.cli.commands.reproduce:reproduce",
+    "ftcfa.cli.commands.vibration:vibration",
+    "ftcfa.cli.commands.run:run",
+    "ftcfa.cli.commands.verify:verify",
+    "ftcfa.cli.commands.compare:compare",
+    "ftcfa.cli.commands.bounds:bounds",
+)
+"""The function of every command as ``module:function``, in the order of ``ftcfa --help``."""
+
+app = typer.Typer(
+    name="ftcfa",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in COMMANDS:
+    app.command()(resolve_name(command))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit.
+
+    Args:
+        arguments: Words after ``ftcfa``; those of the process by default.
+    """
+    from ftcfa.errors import FtcfaError
+
+    before = signal.signal(signal.SIGINT, stop_at_once)
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="ftcfa")
+    except (Exception, KeyboardInterrupt) as error:
+        if interrupted.is_set():
+            sys.exit(130)
+        if not isinstance(error, FtcfaError | OSError):
+            raise
+        for line in str(error).splitlines():
+            print(f"ftcfa: {line}", file=sys.stderr)
+        sys.exit(2)
+    finally:
+        signal.signal(signal.SIGINT, before)
+        interrupted.clear()
+
+
+def _print_version(required: bool) -> None:
+    if required:
+        print(f"ftcfa {version('ftcfa')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    """Robust control of robot arms whose base shakes at random."""

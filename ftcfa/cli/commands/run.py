@@ -1,0 +1,62 @@
+"""``ftcfa run``: run an ensemble."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ftcfa.cli.cluster import cluster
+from ftcfa.cli.ending import finish
+from ftcfa.cli.interrupt import interrupted
+from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, check_threads, given
+from ftcfa.cli.progress import progress_of_paths
+
+STORE = "ensemble.zarr"
+"""Name of the store of finished paths, below the folder of ``--out``."""
+
+
+def run(
+    experiment: ExperimentFile,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR",
+            help="Folder for the Dataset, summary.json, figures and the store of finished paths.",
+        ),
+    ] = Path("out"),
+    paths: Paths = None,
+    duration: Duration = None,
+    threads: Threads = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT",
+            help="Address of a Dask scheduler whose workers run the paths. "
+            "Without it: this machine runs them.",
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run an ensemble: statistics with confidence intervals, a netCDF file and figures.
+
+    After Ctrl-C it gives the statistics of the finished paths; the same command continues there.
+
+    Example: ftcfa run truck.toml --paths 1000 --out out
+    """
+    from ftcfa.experiment import load_experiment
+    from ftcfa.files import make_folder
+    from ftcfa.report.ensemble import ensemble_files, ensemble_record
+    from ftcfa.report.ensemble_table import print_ensemble
+
+    options = given(paths=paths, duration=duration)
+    chosen = replace(load_experiment(experiment), specification=None, **options)
+    check_threads(threads)
+    make_folder(out)
+    with cluster(scheduler) as client, progress_of_paths() as report:
+        dataset = chosen.run(threads=threads, client=client, store=out / STORE, progress=report)
+    record = ensemble_record(dataset, chosen.paths)
+    files = ensemble_files(dataset, record, chosen.loop.arm.effort_limit, experiment.name)
+    finish(record, print_ensemble, as_json, files, out)
+    if interrupted.is_set():
+        raise KeyboardInterrupt

@@ -1,0 +1,105 @@
+"""``ftcfa verify``: decide whether a share of all runs keeps a specification."""
+
+from dataclasses import replace
+from typing import Annotated, Any
+
+import typer
+
+from ftcfa.cli.ending import finish
+from ftcfa.cli.options import AsJson, ExperimentFile, Threads, check_threads, given
+from ftcfa.cli.progress import progress_of_paths
+
+EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
+
+
+def verify(
+    experiment: ExperimentFile,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest tracking error once settled, in rad or m. Overrides the file; "
+            "required if the file has no specification."
+        ),
+    ] = None,
+    within: Annotated[
+        float | None,
+        typer.Option(
+            help="Time by which a run must have settled, in s. Overrides the file; "
+            "required if the file has no specification."
+        ),
+    ] = None,
+    effort: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest torque of every joint, in N m or N. Overrides the file. "
+            "Without both: no limit."
+        ),
+    ] = None,
+    torque_rate: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest torque rate of every joint, in N m/s or N/s. Overrides the file. "
+            "Without both: no limit."
+        ),
+    ] = None,
+    share: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of all runs that must keep the specification, between 0 and 1. "
+            "Overrides the file. Without both: 0.95."
+        ),
+    ] = None,
+    confidence: Annotated[
+        float | None,
+        typer.Option(
+            help="Confidence of the answer, yes or no, between 0 and 1. Overrides the file. "
+            "Without both: 0.95."
+        ),
+    ] = None,
+    budget: Annotated[
+        int | None,
+        typer.Option(
+            help="Largest number of paths to run. Overrides the file. Without both: 10000."
+        ),
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether a share of all runs keeps the specification of the file or of the options.
+
+    Exit status 0: yes, 1: no, 3: undecided within the budget of paths.
+
+    Example: ftcfa verify truck.toml --error 0.05 --within 1
+    """
+    from ftcfa.experiment import load_experiment
+    from ftcfa.report.verification import print_verification, verification_record
+
+    loaded = load_experiment(experiment)
+    options = given(
+        error=error, within=within, effort=effort, torque_rate=torque_rate, share=share,
+        confidence=confidence, budget=budget,
+    )  # fmt: skip
+    chosen = replace(loaded, specification=_specification(loaded.specification, options))
+    check_threads(threads)
+    with progress_of_paths() as report:
+        verification = chosen.verify(threads=threads, progress=report)
+    record = verification_record(verification, str(experiment), chosen.duration)
+    finish(record, print_verification, as_json)
+    raise typer.Exit(EXIT_STATUS[verification.answer])
+
+
+def _specification(of_file: Any, options: dict[str, Any]) -> Any:
+    """The specification of the file, overridden by the options."""
+    from ftcfa.errors import ParameterError
+    from ftcfa.study.verification import Specification
+
+    if of_file is not None:
+        return replace(of_file, **options)
+    if not options.keys() >= {"error", "within"}:
+        raise ParameterError(
+            "specification",
+            "missing",
+            "a table [specification] in the file with error and within",
+            "or give --error and --within",
+        )
+    return Specification(**options)

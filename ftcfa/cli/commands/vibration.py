@@ -1,0 +1,83 @@
+"""``ftcfa vibration``: show what a vibration specification becomes."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ftcfa.cli.ending import finish
+from ftcfa.cli.options import AsJson, FigureFolder
+from ftcfa.cli.progress import progress_of_steps
+
+
+def vibration(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[NAME]...",
+            help="Names of vibration specifications. Without any: list the known ones.",
+            show_default=False,
+        ),
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="File with specifications of your own; all of them are shown, or those named. "
+            "Without it: the specifications that come with ftcfa.",
+        ),
+    ] = None,
+    out: FigureFolder = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what a vibration specification becomes: the fit, the level, the step, the spectrum.
+
+    Example: ftcfa vibration mil_std_810g_highway_truck_vertical --out out
+    """
+    from ftcfa.files import make_folder
+    from ftcfa.report.vibration import (
+        catalogue_record,
+        print_catalogue,
+        print_realised,
+        realised_record,
+    )
+    from ftcfa.study.realised_spectrum import realise_specification
+    from ftcfa.vibration.spectra.standards import standards
+
+    if not names and table is None:
+        finish(catalogue_record(standards()), print_catalogue, as_json)
+        return
+    specifications = _specifications(names or [], table)
+    if out is not None:
+        make_folder(out)
+    realised = []
+    with progress_of_steps("specifications", len(specifications)) as advance:
+        for specification in specifications:
+            realised.append(realise_specification(specification))
+            advance()
+    record = realised_record(realised)
+    files = {}
+    if out is not None:
+        from ftcfa.report.vibration_figure import vibration_files
+
+        files = vibration_files(realised, record)
+    finish(record, print_realised, as_json, files, out)
+
+
+def _specifications(names: Sequence[str], table: Path | None) -> list[Any]:
+    """Specifications by name, or all of a file.
+
+    Args:
+        names: Names; none for all of the file.
+        table: File of specifications; None for those that come with ftcfa.
+    """
+    from ftcfa.errors import UnknownNameError
+    from ftcfa.vibration.spectra.standards import read_table, standards
+
+    known = standards() if table is None else read_table(table)
+    for name in names:
+        if name not in known:
+            kind = "vibration standard" if table is None else f"{table}: table"
+            raise UnknownNameError(kind, name, tuple(known))
+    return [known[name] for name in names or known]

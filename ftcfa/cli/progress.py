@@ -1,0 +1,94 @@
+"""Progress bars on standard error, shown if that is a terminal.
+
+While a bar is shown, Ctrl-C waits for the end of the step, because CasADi would take the exception
+for a failure of its own; the call that reports the step raises it.
+"""
+
+import signal
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from ftcfa.cli.interrupt import interrupted, stop_after_step
+
+RECENT = 16
+"""Number of reports from which the rate is computed."""
+
+
+@contextmanager
+def progress_of_steps(label: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show a bar with the number of steps done; yields a function that advances it by one."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with _bar(*columns) as bar:
+        task = bar.add_task(label, total=total)
+
+        def advance(steps: int = 1) -> None:
+            bar.advance(task, steps)
+            if interrupted.is_set():
+                raise KeyboardInterrupt
+
+        advance(0)
+        yield advance
+
+
+@contextmanager
+def progress_of_paths() -> Iterator[Callable[[int, int], None]]:
+    """Show a bar with rate and time left; yields a function of the paths done and the total.
+
+    Ctrl-C waits for the end of a chunk of paths.
+    """
+    from rich.progress import BarColumn, TextColumn
+
+    with _bar(BarColumn(), TextColumn("{task.description}")) as bar:
+        task = bar.add_task("paths", total=None)
+        seen = deque([(time.monotonic(), 0)], maxlen=RECENT)
+
+        def report(done: int, total: int) -> None:
+            seen.append((time.monotonic(), done))
+            text = pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
+            bar.update(task, completed=done, total=total, description=text)
+            if interrupted.is_set():
+                raise KeyboardInterrupt
+
+        yield report
+
+
+def pace(done: int, total: int, seconds: float, paths: int) -> str:
+    """Text with the paths done, their rate and the time left.
+
+    Args:
+        done: Number of paths done.
+        total: Number of paths requested.
+        seconds: Time over which the rate is taken [s].
+        paths: Number of paths done in that time.
+    """
+    text = f"{done:,} of {total:,} paths"
+    if not (seconds > 0 and paths > 0):
+        return text
+    minutes, rest = divmod(round((total - done) * seconds / paths), 60)
+    hours, minutes = divmod(minutes, 60)
+    rate = paths / seconds
+    shown = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+    return f"{text}, {shown} paths/s, {hours}:{minutes:02}:{rest:02} left"
+
+
+@contextmanager
+def _bar(*columns: Any) -> Iterator[Any]:
+    """Show a progress bar with the time elapsed."""
+    from rich.console import Console
+    from rich.progress import Progress, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    before = signal.signal(signal.SIGINT, stop_after_step)
+    try:
+        with Progress(
+            *columns, TimeElapsedColumn(), console=console, transient=True,
+            disable=not console.is_terminal,
+        ) as progress:  # fmt: skip
+            yield progress
+    finally:
+        signal.signal(signal.SIGINT, before)

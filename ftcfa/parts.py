@@ -1,0 +1,91 @@
+"""Parts of a loop, frozen dataclasses and NamedTuples, and what of them may differ by path.
+
+A part declares its parameters in one table, by name:
+
+    varies: ClassVar[Parameters] = number_fields("c1", "c2")
+"""
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from ftcfa.arrays import Array
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number or array of a part that may differ from path to path.
+
+    Attributes:
+        replace: (part, value) -> a copy of the part with that value, which may be symbols.
+        check: (part, values of shape (paths, ...)): raises an FtcfaError if the part cannot have
+            one of them.
+        prepare: (part, values of shape (paths, ...)) -> what `replace` takes in compiled code,
+            shape (paths, ...); None if it takes the values themselves.
+    """
+
+    replace: Callable[[Any, Any], Any]
+    check: Callable[[Any, Array], None] = lambda part, values: None  # noqa: ARG005
+    prepare: Callable[[Any, Array], Array] | None = None
+
+
+Parameters: TypeAlias = Mapping[str, Parameter]
+"""The parameters of a part by name."""
+
+
+def number_fields(*names: str) -> Parameters:
+    """Parameters that are fields, each a number or an array.
+
+    The smallest and largest value of a number are checked as the part's constructor checks them.
+    """
+    return {name: number_field(name) for name in names}
+
+
+def number_field(name: str, check: Callable[[Any, Array], None] | None = None) -> Parameter:
+    """One of `number_fields`, with a check of its own."""
+
+    def constructed(part: Any, values: Array) -> None:
+        if values.ndim == 1 and len(values) and is_dataclass(part):
+            for extreme in (values.min(), values.max()):
+                replace(part, **{name: float(extreme)})  # type: ignore[type-var]
+
+    def replaced(part: Any, value: Any) -> Any:
+        return with_fields(part, {name: value})
+
+    return Parameter(replaced, check or constructed)
+
+
+def parameters_of(part: Any) -> Parameters:
+    """The parameters that a part declares; none if it declares nothing."""
+    declared: Parameters = getattr(part, "varies", {})
+    return declared
+
+
+def fields_of(part: Any) -> dict[str, Any]:
+    """The fields of a dataclass or a NamedTuple by name; none of any other object."""
+    if is_dataclass(part) and not isinstance(part, type):
+        return {field.name: getattr(part, field.name) for field in fields(part)}
+    return part._asdict() if hasattr(part, "_asdict") else {}
+
+
+def with_fields(part: Any, values: Mapping[str, Any]) -> Any:
+    """A copy of a part with other values in some fields, unchecked: they may be symbols.
+
+    The copy computes every `cached_property` anew.
+    """
+    if hasattr(part, "_replace"):
+        return part._replace(**values)
+    changed = copy.copy(part)
+    for name in cached(part):
+        vars(changed).pop(name, None)
+    for name, value in values.items():
+        object.__setattr__(changed, name, value)
+    return changed
+
+
+def cached(part: Any) -> set[str]:
+    """Names of the cached properties that a part has computed."""
+    own = getattr(part, "__dict__", {})
+    return {name for name in own if isinstance(getattr(type(part), name, None), cached_property)}

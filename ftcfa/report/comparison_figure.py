@@ -1,0 +1,69 @@
+"""The figure of a comparison: the paths' quantiles, a row a loop and a panel a metric."""
+
+from collections.abc import Sequence
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from ftcfa.arrays import Array
+from ftcfa.report.figures import BLUE, INK, LIGHT, STYLE, WIDTH
+
+LINE, HEAD = 0.24, 1.2
+"""Height of a loop's row, and of what surrounds the panels [in]."""
+SHOWN = ("settling_time", "rms_error", "effort", "torque_rate")
+"""Metrics of the figure."""
+TITLES = ("settling time [s]", "late rms error [rad]", "rms torque / limit", "torque rate [1/s]")
+"""Titles of the panels."""
+LOGARITHMIC = 20
+"""Ratio of largest to smallest value above which an axis is logarithmic."""
+
+
+@mpl.rc_context(STYLE)
+def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
+    """Median, quartiles and 5 to 95 % of the paths, a row a loop, a panel a metric.
+
+    Args:
+        dataset: Result of `ftcfa.compare`.
+        title: Heading.
+    """
+    names = [str(name) for name in dataset["loop"].values]
+    size = (WIDTH, HEAD + 2 * (LINE * len(names) + 0.4))
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05, hspace=0.06))
+    panels = figure.subplots(2, 2, sharey=True).ravel()
+    figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+    for ax, metric, label in zip(panels, SHOWN, TITLES, strict=True):
+        _draw(ax, dataset["quantiles"].sel(metric=metric).values, names)
+        never = f", {dataset.attrs['duration']:g} if not settled" if metric == SHOWN[0] else ""
+        ax.set_title(label + never)
+    diverged = dataset["diverged"].values
+    if diverged.any():
+        counts = ", ".join(f"{n}: {k}" for n, k in zip(names, diverged, strict=True) if k)
+        note = f"of {dataset.sizes['path']} paths; diverged, and beyond the right edge: {counts}"
+    else:
+        note = f"of {dataset.sizes['path']} paths each; none diverged"
+    figure.supxlabel(f"median, quartiles and 5 to 95 % {note}", fontsize=8, x=0.01, ha="left")
+    return figure
+
+
+def _draw(ax: Axes, quantiles: Array, names: Sequence[str]) -> None:
+    """Draw the quantiles of a metric, shape (loops, 5); infinite ones lie beyond the right edge."""
+    rows = np.arange(len(names))
+    usable = quantiles[np.isfinite(quantiles) & (quantiles > 0)]
+    largest = usable.max(initial=0.0)
+    logarithmic = usable.size > 0 and largest > LOGARITHMIC * usable.min()
+    shown = np.where(np.isfinite(quantiles), quantiles, 10 * max(1.0, largest))
+    low, first, median, third, high = shown.T
+    ax.hlines(rows, low, high, color=LIGHT, linewidth=2.0)
+    ax.hlines(rows, first, third, color=BLUE, linewidth=4.0)
+    ax.plot(median, rows, "o", color=INK, markersize=3.5)
+    ax.set_yticks(rows, names)
+    ax.set_ylim(len(names) - 0.5, -0.5)
+    if logarithmic:
+        ax.set_xscale("log")
+        ax.set_xlim(0.7 * usable.min(), 1.4 * largest)
+    else:
+        ax.set_xlim(0, 1.05 * (largest if usable.size else 1.0))

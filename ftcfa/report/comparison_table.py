@@ -1,0 +1,91 @@
+"""The table of a comparison, and sentences that say what it means."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+
+from ftcfa.report.terminal import plain_table, print_fitted
+
+HEADERS = {
+    "settling_time": "settle\ns",
+    "rms_error": "rms\nrad",
+    "peak_error": "peak\nrad",
+    "effort": "effort\n%",
+    "torque_rate": "rate\n1/s",
+    "saturated": "satur.\n%",
+    "unsettled": "unsettled\n%",
+    "diverged": "diverged\n%",
+}
+"""Columns of the table; the other metrics are in the record."""
+PERCENT = ("effort", "saturated", "unsettled", "diverged")
+"""Metrics that are shown in percent."""
+
+
+def print_comparison(record: Mapping[str, Any], console: Console) -> None:
+    """Print the table: means over the paths that did not diverge, and its meaning.
+
+    Args:
+        record: Result of `comparison_record`.
+        console: Where to print.
+    """
+    table = plain_table()
+    table.add_column("loop", overflow="fold")
+    for header in HEADERS.values():
+        table.add_column(header, justify="right", no_wrap=True)
+    for row in record["loops"]:
+        table.add_row(row["loop"], *(_cell(row["metrics"][name], name) for name in HEADERS))
+    print_fitted(table, console)
+    for sentence in sentences(record):
+        console.print(sentence, markup=False, highlight=False)
+
+
+def sentences(record: Mapping[str, Any]) -> list[str]:
+    """What the table means, and for each loop which differences are significant.
+
+    Args:
+        record: Result of `comparison_record`.
+    """
+    differs = ",".join(row["differs in"] for row in record["loops"])
+    apart = sorted({word.split(".")[0].strip() for word in differs.split(",")} - {""})
+    duration, first = record["duration"], record["compared with"]
+    lines = [
+        f"{record['paths']} paths of {duration:g} s with the same noise for all loops. Errors are "
+        f"those from {record['after']:g} s on. A path has settled once its error stays below "
+        f"{record['tolerance']:g}; a path that never settles counts with {duration:g} s. Means "
+        "are over the paths that did not diverge. * differs significantly from the first loop "
+        f"(paired; all differences together with confidence {record['confidence']:g}). The loops "
+        f"differ in their {', '.join(apart) or 'names'} only."
+    ]
+    for row in record["loops"][1:]:
+        lines.append(f"{row['loop']} against {first}: {_differences(row['metrics'])}.")
+    return lines
+
+
+def _differences(metrics: Mapping[str, Any]) -> str:
+    """The significant differences of a loop from the first."""
+    changes = {name: metrics[name]["difference"] for name in HEADERS}
+    significant = [name for name in HEADERS if metrics[name]["significant"]]
+    lower = [name for name in significant if changes[name]["estimate"] < 0]
+    higher = [name for name in significant if changes[name]["estimate"] > 0]
+    words = [
+        f"{word} {', '.join(_difference(name, metrics[name]) for name in names)}"
+        for word, names in (("lower", lower), ("higher", higher))
+        if names
+    ]
+    if any(change["estimate"] is None for change in changes.values()):
+        words.append("the rest is not comparable: in every pair of paths at least one diverged")
+    return "; ".join(words) or "no significant difference"
+
+
+def _difference(name: str, metric: Mapping[str, Any]) -> str:
+    """A metric with the interval of its difference from the first loop."""
+    scale, unit = (100.0, "%") if name in PERCENT else (1.0, metric["unit"])
+    low, high = sorted(abs(scale * metric["difference"][end]) for end in ("low", "high"))
+    return f"{name.replace('_', ' ')} by {low:.3g} to {high:.3g} {unit}"
+
+
+def _cell(metric: Mapping[str, Any], name: str) -> str:
+    mean = metric["mean"]["estimate"]
+    star = "*" if metric["significant"] else ""
+    return "-" if mean is None else f"{mean * (100 if name in PERCENT else 1):.3g}{star}"
