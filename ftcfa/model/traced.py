@@ -1,8 +1,7 @@
 """An arm's dynamics as CasADi expressions, proven against Pinocchio when built.
 
 The recursions run over the Arm's own constants, which fold: what remains is the arithmetic that
-this one robot needs. Symbols are `casadi.ArrayInterface` arrays, which follow NumPy's semantics:
-laws written for numbers run on them unchanged.
+this one robot needs.
 """
 
 from collections.abc import Callable
@@ -20,6 +19,7 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.friction import damping_matrix
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import Body, bodies_of
+from ftcfa.model.symbols import SymbolArray, array, column
 from ftcfa.parts import Parameter, Parameters, number_fields
 
 AGREEMENT = 1e-9
@@ -27,24 +27,6 @@ AGREEMENT = 1e-9
 NEGLIGIBLE = 1e-6
 """Quantities whose largest entry is below this are compared absolutely [SI units]."""
 CHECKED_STATES = 8
-
-
-def symbols(name: str, *shape: int) -> Array:
-    """A fresh symbolic array, of one dimension or two, that behaves like a NumPy array."""
-    rows, columns = shape if len(shape) == 2 else (1, *shape)
-    return ca.ArrayInterface(ca.SX.sym(name, rows, columns), ndim=len(shape))
-
-
-def column(x: Array) -> ca.SX:
-    """An array of one dimension, of symbols or numbers, as a CasADi column."""
-    return (
-        ca.vec(x.to_casadi()) if isinstance(x, ca.ArrayInterface) else ca.SX(ca.DM(np.asarray(x)))
-    )
-
-
-def array(x: ca.SX, ndim: int) -> Array:
-    """A CasADi column (ndim 1) or matrix (ndim 2) as a NumPy-like array."""
-    return ca.ArrayInterface(ca.densify(x.T if ndim == 1 else x), ndim=ndim)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +143,7 @@ class TracedArm:
     @cached_property
     def _parameters(self) -> ca.SX:
         """The symbols of the bodies, as an input of the functions; empty for numbers."""
-        symbolic = isinstance(self.bodies, ca.ArrayInterface)
+        symbolic = isinstance(self.bodies, SymbolArray)
         return column(self.bodies) if symbolic else ca.SX(0, 1)
 
     @cached_property
@@ -283,7 +265,7 @@ def _check(arm: Arm, twin: TracedArm) -> None:
         state = (rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n))
         for name, (number, expression, arguments) in quantities.items():
             truth = number(*state[:arguments])
-            value = np.asarray(ca.DM(expression(*state[:arguments]))).reshape(truth.shape)
+            value = np.asarray(expression(*state[:arguments]), dtype=float)
             error = np.max(np.abs(value - truth)) / max(np.max(np.abs(truth)), NEGLIGIBLE)
             if not error <= AGREEMENT:
                 raise TracingError(

@@ -25,7 +25,7 @@ from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.compiler.flatten import leaves, like
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.twin import twin
-from ftcfa.model.traced import column, symbols
+from ftcfa.model.symbols import array, column, symbols
 from ftcfa.theory.assumptions import check_white, paper_law
 from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.noise_input import NoiseInput
@@ -201,7 +201,7 @@ def _limit(
     after = ca.vertcat(*(column(leaf) for leaf in leaves(new)))
     rates = ca.jacobian(after, column(h))
     u, rates = ca.substitute([column(signals["u"]), rates], [column(h)], [ca.SX(VANISHING)])
-    return {"u": ca.ArrayInterface(u.T, ndim=1)}, rates
+    return {"u": array(u, 1)}, rates
 
 
 def _noise(loop: ClosedLoop, q: Array) -> ca.SX:

@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from dataclasses import fields
 
 import casadi as ca
 import numpy as np
@@ -11,7 +12,8 @@ from ftcfa import FTCF, ClosedLoop, Sinusoid, TracingError, load_arm, simulate
 from ftcfa.model.arm import Arm
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import ENTRIES
-from ftcfa.model.traced import TracedArm, symbols, traced
+from ftcfa.model.symbols import symbols
+from ftcfa.model.traced import TracedArm, traced
 from ftcfa.model.urdf.catalogue import catalogue
 
 AGREEMENT = 1e-12
@@ -111,7 +113,7 @@ def gantry(tmp_path):
 
 
 def numbers(expression, shape):
-    return np.asarray(ca.DM(expression)).reshape(shape)
+    return np.asarray(expression, dtype=float).reshape(shape)
 
 
 def states(arm, count=STATES):
@@ -179,20 +181,20 @@ def test_a_single_joint():
 def test_other_inertias_fold_in_like_another_arm(any_arm):
     other = any_arm.perturbed(np.random.default_rng(5))
     twin = traced(any_arm)
-    assert_twins(twin.with_inertias(twin.prepare_inertias(other.inertias[None])[0]), other)
+    assert_twins(twin.with_bodies(twin.regrouped(other.inertias[None])[0]), other)
 
 
 def test_inertias_as_symbols_equal_constants(any_arm):
     twin = traced(any_arm)
     p = symbols("p", ENTRIES * len(twin.chain.placements))
     q, v = symbols("q", any_arm.n), symbols("v", any_arm.n)
-    open_twin = twin.with_inertias(p)
+    open_twin = twin.with_bodies(p)
     outputs = [open_twin.mass_matrix(q), open_twin.bias_force(q, v), open_twin.base_coupling(q)]
     arguments = [x.to_casadi() for x in (q, v, p)]
     evaluate = ca.Function("f", arguments, [x.to_casadi() for x in outputs])
     other = any_arm.perturbed(np.random.default_rng(6))
     for arm in (any_arm, other):
-        bodies = twin.prepare_inertias(arm.inertias[None])[0]
+        bodies = twin.regrouped(arm.inertias[None])[0]
         for q_now, v_now in states(arm, 2):
             M, bias, coupling = evaluate(q_now, v_now, bodies)
             assert_same("M", M, arm.mass_matrix(q_now))
@@ -201,7 +203,7 @@ def test_inertias_as_symbols_equal_constants(any_arm):
 
 
 def test_regrouping_is_linear(any_arm):
-    prepare = traced(any_arm).prepare_inertias
+    prepare = traced(any_arm).regrouped
     rng = np.random.default_rng(0)
     x, y = rng.standard_normal((2, 1, *any_arm.inertias.shape))
     scale = np.max(np.abs(prepare(x))) + np.max(np.abs(prepare(y)))
@@ -273,7 +275,7 @@ def test_a_subclass_that_overrides_is_refused():
             return super().mass_matrix(q) + np.eye(self.n)
 
     arm = load_arm("double_pendulum")
-    heavier = Heavier(**{name: getattr(arm, name) for name in arm.__dataclass_fields__})
+    heavier = Heavier(**{field.name: getattr(arm, field.name) for field in fields(arm)})
     with pytest.raises(TracingError, match="traced mass matrix"):
         traced(heavier)
 

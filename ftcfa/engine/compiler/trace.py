@@ -3,7 +3,6 @@
 import threading
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +27,7 @@ from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
 from ftcfa.loop.parameters import parameter, preparation, with_parameters
 from ftcfa.loop.twin import twin
-from ftcfa.model.traced import symbols
+from ftcfa.model.symbols import SymbolArray, column, symbols
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +113,7 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
         inputs.append(symbols(f"p{i}", max(1, size(prepared))))
         values[name] = inputs[-1].reshape(np.shape(prepared))
     loop_twin = with_parameters(loop_twin, values)
-    with _symbols_without_value():
-        code = _trace(loop_twin, template, {name: shapes[name] for name in names}, inputs)
+    code = _trace(loop_twin, template, {name: shapes[name] for name in names}, inputs)
     return replace(code, preparations=preparations)
 
 
@@ -190,23 +188,6 @@ def _numbers(column: ca.DM) -> Array:
     return np.asarray(column).ravel()
 
 
-@contextmanager
-def _symbols_without_value() -> Iterator[None]:
-    """The float of a symbol is an error, not CasADi's NaN: math.sin(q) must not pass unseen."""
-    convert = ca.ArrayInterface.__float__
-
-    def refuse(value: ca.ArrayInterface) -> float:
-        if not value.to_casadi().is_constant():
-            raise TypeError("a symbol has no value; functions of the math module need one")
-        return convert(value)
-
-    ca.ArrayInterface.__float__ = refuse
-    try:
-        yield
-    finally:
-        ca.ArrayInterface.__float__ = convert
-
-
 def _trace(
     loop: ClosedLoop, template: LoopState, shapes: dict[str, tuple[int, ...]], inputs: list[Array]
 ) -> TracedLoop:
@@ -253,13 +234,13 @@ def _symbol_like(leaf: Array) -> Array:
 
 def _flat(arrays: Sequence[Array]) -> ca.SX:
     """All entries of some arrays, row by row, as one column."""
-    columns = [
-        ca.vec(ca.densify(a.reshape((size(a),)).to_casadi()))
-        if isinstance(a, ca.ArrayInterface)
-        else ca.SX(ca.DM(np.ravel(np.asarray(a, dtype=float))))
-        for a in arrays
-    ]
+    columns = [ca.densify(column(a.reshape((size(a),)))) for a in map(_array, arrays)]
     return ca.vertcat(*columns) if columns else ca.SX(0, 1)
+
+
+def _array(a: Any) -> Any:
+    """What a law returned as an array of symbols or of floats."""
+    return a if isinstance(a, SymbolArray) else np.asarray(a, dtype=float)
 
 
 def _function(name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
