@@ -13,8 +13,9 @@ from rich.text import Text
 from ftcfa.report.records import versions
 from ftcfa.report.terminal import print_facts
 from ftcfa.study.realised_spectrum import RealisedSpecification, SpectrumEstimate
-from ftcfa.vibration.spectra.filter_fit import DB, FilterFit
+from ftcfa.vibration.spectra.filter_fit import FilterFit
 from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
+from ftcfa.vibration.spectra.section_fit import DB
 from ftcfa.vibration.spectra.spectrum import (
     STANDARD_GRAVITY,
     band_step_limit,

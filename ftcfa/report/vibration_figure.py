@@ -16,7 +16,7 @@ from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, W
 from ftcfa.report.records import summary_file
 from ftcfa.report.vibration import provenance_lines
 from ftcfa.study.realised_spectrum import RealisedSpecification
-from ftcfa.vibration.spectra.filter_fit import DB, DB_TOLERANCE
+from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 PANEL, HEAD = 2.9, 0.25

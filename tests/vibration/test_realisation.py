@@ -18,7 +18,7 @@ from ftcfa import (
     standard,
 )
 from ftcfa.study.realised_spectrum import realise_specification
-from ftcfa.vibration.spectra.filter_fit import DB, DB_TOLERANCE
+from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
 
 from .masses import AGREEMENT, CONFIDENCE, pushed
 

@@ -1,8 +1,8 @@
-"""A shaping filter as second-order sections in logarithmic parameters, for fitting.
+"""Shaping filters as second-order sections in logarithmic parameters, for fitting.
 
     H(s) = g s^2 prod_j (s^2 + 2 xi_j w_j s + w_j^2) / prod_i (s^2 + 2 zeta_i w_i s + w_i^2)
 
-up to constant factors of the sections, which are taken as (s/w)^2 + 2 zeta s/w + 1.
+up to a constant factor: each section is scaled to (s/w)^2 + 2 zeta s/w + 1.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ from ftcfa.vibration.spectra.linear_filter import LinearFilter
 DAMPING = (2e-3, 0.95)
 """Bounds of the damping of the poles; below 1 they stay complex and apart."""
 ZERO_DAMPING = (1e-3, 3.0)
+"""Bounds of the damping of the zeros."""
 REACH = (1.0 / 6.0, 4.0)
-"""How far beyond the band poles and zeros may lie, relative to its edges."""
+"""Bounds of the frequencies of poles and zeros, relative to the edges of the band."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +28,10 @@ class Sections:
         Q(w; i)  = log |1 - (w/w_i)^2 + 2 i zeta_i w/w_i|^2
 
     Attributes:
-        w0: A unit of frequency [rad/s].
-        log_gain: Logarithm of the density that the rest multiplies.
+        w0: Unit of angular frequency [rad/s].
+        log_gain: Logarithm of the factor of the density.
         poles: log w_i and log zeta_i, shape (2, pole pairs).
-        zeros: The same of the zeros, shape (2, zero pairs).
+        zeros: log w_j and log xi_j, shape (2, zero pairs).
     """
 
     w0: float
@@ -40,7 +41,7 @@ class Sections:
 
     @property
     def order(self) -> int:
-        """Number of states: two a pole pair."""
+        """Number of states: two for each pole pair."""
         return 2 * self.poles.shape[1]
 
     @property
@@ -60,7 +61,7 @@ class Sections:
 
     def bounds(self, band: tuple[float, float]) -> tuple[Array, Array]:
         """Least and largest parameters for a band [Hz]."""
-        edges = np.log([2.0 * np.pi * edge * far for edge, far in zip(band, REACH, strict=True)])
+        edges = np.log([2.0 * np.pi * f * factor for f, factor in zip(band, REACH, strict=True)])
         ends = []
         for k, sign in ((0, -1.0), (1, 1.0)):
             parts = [[sign * np.inf]]
@@ -70,7 +71,7 @@ class Sections:
         return ends[0], ends[1]
 
     def log_density(self, f: Array) -> tuple[Array, Array]:
-        """Logarithm of the one-sided density, (F,), and its derivatives, (F, parameters)."""
+        """Logarithm of the one-sided density at f [Hz], (F,), and derivatives, (F, parameters)."""
         w = 2.0 * np.pi * f
         pole, d_pole = _log_quadratic(w, self.poles)
         zero, d_zero = _log_quadratic(w, self.zeros)
@@ -85,11 +86,12 @@ class Sections:
         return f[(f >= band[0]) & (f <= band[1])]
 
     def realised(self) -> LinearFilter:
-        """The filter in modal form: partial fractions over the poles p_i = sigma_i + i omega_i.
+        """Filter in modal form: partial fractions over the poles p_i = sigma_i + i omega_i.
 
             d xi_i = p_i xi_i dt + c_i dW,   y = sum_i 2 Re(r_i xi_i)/c_i,   c_i^2 = -2 sigma_i
 
-        In two real states a pole A is normal and block-diagonal, and the states are of size one.
+        In two real states for each pole, A is normal and block-diagonal, and the states have unit
+        size.
         """
         wp, zp = np.exp(self.poles)
         wz, zz = np.exp(self.zeros)

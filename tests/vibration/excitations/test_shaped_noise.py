@@ -137,7 +137,7 @@ def test_no_axes(axes):
 def test_a_fit_within_only_the_tolerance_of_edges_warns_too(monkeypatch):
     fit = replace(ShapedNoise(HIGHWAY).fits[0], worst_db=2.0, edge_db=1.0)
     monkeypatch.setattr(shaped_noise, "_fitted", lambda spectrum: fit)  # noqa: ARG005
-    with pytest.warns(UserWarning, match="within, granted 2 % of frequency at edges"):
+    with pytest.warns(UserWarning, match="within, if frequency may be off by 2 %"):
         assert ShapedNoise(HIGHWAY).fits == (fit,)
 
 
