@@ -30,10 +30,10 @@ from .parts import number_fields
 from .study.comparison import compare
 from .study.ensemble import ensemble
 from .study.realised_spectrum import (
-    RealisedSpecification,
+    RealisedStandard,
     SpectrumEstimate,
     estimate_spectrum,
-    realise_specification,
+    realise_standard,
 )
 from .study.summary import replay, settled_in_mean_square, settling
 from .study.variants import ablations, conditions, rivals
@@ -106,7 +106,7 @@ __all__ = [
     "QuarterCar",
     "RBFNetwork",
     "RandomPhase",
-    "RealisedSpecification",
+    "RealisedStandard",
     "Record",
     "RecordedAcceleration",
     "Road",
@@ -149,7 +149,7 @@ __all__ = [
     "read_record",
     "read_table",
     "realise",
-    "realise_specification",
+    "realise_standard",
     "replay",
     "rivals",
     "settled_in_mean_square",

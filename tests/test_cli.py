@@ -212,14 +212,14 @@ source = "own measurement"
 
 @pytest.fixture
 def own_table(tmp_path, monkeypatch) -> str:
-    """A user's own specifications; estimates of a few segments, for speed."""
+    """A user's own tables; estimates of a few segments, for speed."""
     monkeypatch.setattr("ftcfa.study.realised_spectrum.LENGTHS", 4)
     file = tmp_path / "own.toml"
     file.write_text(OWN_TABLE)
     return str(file)
 
 
-def test_vibration_alone_lists_the_specifications(capsys) -> None:
+def test_vibration_alone_lists_the_standards(capsys) -> None:
     assert call("vibration") == 0
     text = capsys.readouterr().out
     assert all(word in text for word in [*standards(), "unverified", "ISO 8608", "16384e-6 m^3"])
@@ -246,7 +246,7 @@ def test_vibration_of_a_name_writes_its_figure(capsys, own_table, tmp_path) -> N
     record = json.loads(shown.out)
     assert shown.err == ""
     files = record.pop("files")
-    assert [entry["name"] for entry in record["specifications"]] == ["deck"]
+    assert [entry["name"] for entry in record["standards"]] == ["deck"]
     assert json.loads((out / "summary.json").read_text()) == record
     assert sorted(map(Path, files)) == sorted(out.iterdir())
     assert imread(out / "spectrum.png").std() > 0.05

@@ -249,7 +249,7 @@ def test_every_public_part_can_be_written():
         "FilterFit",
         "InertiaBounds",
         "InertiaSplit",
-        "RealisedSpecification",
+        "RealisedStandard",
         "SpectrumEstimate",
         "Verification",
     }

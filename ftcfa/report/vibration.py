@@ -1,4 +1,4 @@
-"""Vibration specifications as plain data and as tables: lists, fits, levels, steps."""
+"""Vibration standards as plain data and as tables: lists, fits, levels, steps."""
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
@@ -12,7 +12,7 @@ from rich.text import Text
 
 from ftcfa.report.records import versions
 from ftcfa.report.terminal import print_facts
-from ftcfa.study.realised_spectrum import RealisedSpecification, SpectrumEstimate
+from ftcfa.study.realised_spectrum import RealisedStandard, SpectrumEstimate
 from ftcfa.vibration.spectra.filter_fit import FilterFit
 from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
 from ftcfa.vibration.spectra.section_fit import DB
@@ -65,10 +65,10 @@ def catalogue_record(standards: Mapping[str, Standard]) -> dict[str, Any]:
     }
 
 
-def realised_record(realised: Sequence[RealisedSpecification]) -> dict[str, Any]:
-    """Content of summary.json: an entry a specification, and what is needed to run it again."""
+def realised_record(realised: Sequence[RealisedStandard]) -> dict[str, Any]:
+    """Content of summary.json: an entry for each standard, and what is needed to run it again."""
     return {
-        "specifications": [_realised(one) for one in realised],
+        "standards": [_realised(one) for one in realised],
         "period": PERIOD,
         "versions": versions("ftcfa", "numpy", "scipy", "matplotlib"),
         "units": {
@@ -104,8 +104,8 @@ def _table(standard: Standard) -> dict[str, Any]:
     }
 
 
-def _realised(one: RealisedSpecification) -> dict[str, Any]:
-    """Record of a specification: its table, the fit, and the spectra of realisations."""
+def _realised(one: RealisedStandard) -> dict[str, Any]:
+    """Record of a standard: its table, the fit, and the spectra of realisations."""
     return {
         **_table(one.standard),
         "largest_step": band_step_limit(one.standard.spectrum),
@@ -143,7 +143,7 @@ def _estimate(estimate: SpectrumEstimate) -> dict[str, Any]:
 
 
 def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
-    """Print the names of the known specifications, grouped by their sources.
+    """Print the names of the known standards, grouped by their sources.
 
     Args:
         record: Result of `catalogue_record`.
@@ -170,20 +170,20 @@ def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
 
 
 def print_realised(record: Mapping[str, Any], console: Console) -> None:
-    """Print what became of each specification.
+    """Print what became of each standard.
 
     Args:
         record: Result of `realised_record`.
         console: Where to print.
     """
-    for entry in record["specifications"]:
+    for entry in record["standards"]:
         _print_plain(entry["name"], "bold", console)
         print_facts(_facts(entry, record["period"]), console)
         console.print()
 
 
 def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str | Text]]:
-    """Labels and texts of what became of a specification."""
+    """Labels and texts of what became of a standard."""
     shaped, tones = (entry["realised"][name] for name in ("shaped_noise", "random_phase"))
     error = DB * np.log1p(shaped["standard_error"])
     return [

@@ -1,4 +1,4 @@
-"""The figure of vibration specifications: what is specified, fitted and realised."""
+"""The figure of vibration standards: what is specified, fitted and realised."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from ftcfa.arrays import Array
 from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
 from ftcfa.report.records import summary_file
 from ftcfa.report.vibration import provenance_lines
-from ftcfa.study.realised_spectrum import RealisedSpecification
+from ftcfa.study.realised_spectrum import RealisedStandard
 from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
@@ -34,11 +34,11 @@ GRID = 1000
 
 
 @mpl.rc_context(STYLE)
-def vibration_figure(realised: Sequence[RealisedSpecification]) -> Figure:
-    """Specifications, fitted filters, and Welch's estimates of realisations, a panel each.
+def vibration_figure(realised: Sequence[RealisedStandard]) -> Figure:
+    """Standards, fitted filters, and Welch's estimates of realisations, a panel each.
 
     Args:
-        realised: Of `realise_specification`.
+        realised: Results of `realise_standard`.
     """
     height = HEAD + PANEL * len(realised)
     layout = ConstrainedLayoutEngine(hspace=0.06)
@@ -52,8 +52,8 @@ def vibration_figure(realised: Sequence[RealisedSpecification]) -> Figure:
     return figure
 
 
-def _head(ax: Axes, one: RealisedSpecification) -> None:
-    """Name and provenance of a specification above its panel, as they are written."""
+def _head(ax: Axes, one: RealisedStandard) -> None:
+    """Name and provenance of a standard above its panel, as they are written."""
     lines = [
         line
         for text in provenance_lines(one.standard.source, one.standard.verified)
@@ -67,7 +67,7 @@ def _head(ax: Axes, one: RealisedSpecification) -> None:
     )  # fmt: skip
 
 
-def _draw(ax: Axes, one: RealisedSpecification) -> None:
+def _draw(ax: Axes, one: RealisedStandard) -> None:
     """The curves, each with its overall level; the table lies over the estimates."""
     table, shaped, tones = one.standard.spectrum, one.shaped, one.tones
     level = float(one.fit.filter.rms()[0])
@@ -103,7 +103,7 @@ def _draw(ax: Axes, one: RealisedSpecification) -> None:
     )  # fmt: skip
 
 
-def _scale(ax: Axes, one: RealisedSpecification) -> None:
+def _scale(ax: Axes, one: RealisedStandard) -> None:
     """Logarithmic axes around the table, plain numbers of hertz."""
     low, high = one.standard.spectrum.band
     S = _in_g(one.standard.spectrum.densities)
@@ -129,12 +129,12 @@ def _g_rms(level: float) -> str:
 
 
 def vibration_files(
-    realised: Sequence[RealisedSpecification], record: Mapping[str, Any]
+    realised: Sequence[RealisedStandard], record: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """Files of ``ftcfa vibration``, by name: PNG and SVG of the figure, and summary.json.
 
     Args:
-        realised: Of `realise_specification`.
+        realised: Results of `realise_standard`.
         record: Of `realised_record`.
     """
     figure = rendered(vibration_figure(realised))

@@ -1,4 +1,4 @@
-"""What a specification becomes: noise made of it, and the spectrum that this noise has."""
+"""Realisations of a vibration standard, and Welch's estimates of their spectra."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -17,18 +17,19 @@ from ftcfa.vibration.spectra.spectrum import Spectrum
 from ftcfa.vibration.spectra.standards import Standard
 
 OVERLAP = 0.75
-"""Of neighbouring segments; more gains nothing with a Hann window."""
+"""Share of overlap of neighbouring segments; more gains nothing with a Hann window."""
 SHORTEST = 8
-"""Steps that a segment must have."""
-LINES, MOST_LINES, LINES_BELOW = 200, 1000, 4
-"""Frequencies of the estimate in the band, at least and at most, and below it, where the most
-allow."""
+"""Smallest number of steps in a segment."""
+LINES, MOST_LINES = 200, 1000
+"""Smallest and largest number of the estimate's frequencies in the band."""
+LINES_BELOW = 4
+"""Number of the estimate's frequencies up to the band, as far as `MOST_LINES` allows."""
 STEPS_PER_PERIOD = 10
-"""Integration steps in the shortest period of a band, at least: two more than needed."""
+"""Smallest number of integration steps in the shortest period of a band: two more than needed."""
 LENGTHS = 64
 """Duration of a realisation of shaped noise, in segments."""
 PERIODS = 3
-"""Of a sum of lines, which repeats: more would not change its estimate."""
+"""Duration of a sum of lines, in its periods; it repeats, so more would not change its estimate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,9 @@ class SpectrumEstimate:
         frequencies: Shape (F,) [Hz].
         densities: One-sided, shape (F, m) [unit of xi squared per Hz].
         rms: Root mean square of the realisation itself, shape (m,) [unit of xi].
-        segments: How many overlapping segments were averaged.
+        segments: Number of overlapping segments that were averaged.
         standard_error: Relative standard deviation of a density, for Gaussian noise whose
-            density is even over the resolution.
+            density is constant over the resolution.
     """
 
     frequencies: Array
@@ -52,23 +53,23 @@ class SpectrumEstimate:
 
 
 def estimate_spectrum(values: Array, step: float, resolution: float) -> SpectrumEstimate:
-    """Spectra of what `realise` returns, by Welch's method with a Hann window.
+    """Spectra of a realisation of `realise`, by Welch's method with a Hann window.
 
-    The mean over a step has the density S(f) sinc(f h)^2, with sinc(x) = sin(pi x)/(pi x), which
-    is divided by; so the estimate holds for an excitation with little power above 1/(2 h).
-    The relative variance of an average of K segments, D apart, of noise is (Welch 1967, IEEE
-    Trans. Audio and Electroacoustics 15)
+    The mean over a step has the density S(f) sinc(f h)^2, with sinc(x) = sin(pi x)/(pi x). The
+    estimate is divided by sinc(f h)^2, so it holds for an excitation with little power above
+    1/(2 h). The relative variance of an average of K segments, D steps apart, of noise is (Welch
+    1967, IEEE Trans. Audio and Electroacoustics 15)
 
         (1 + 2 sum_j (1 - j/K) r_j)/K,   r_j = (sum_n w_n w_{n + j D} / sum_n w_n^2)^2
 
     Args:
         values: Means of xi over steps, shape (steps, m).
         step: h [s].
-        resolution: Distance of the estimate's frequencies, one over a segment's length; rounded
-            to whole steps [Hz].
+        resolution: Distance of the estimate's frequencies [Hz]: one over a segment's length, which
+            is rounded to whole steps.
 
     Raises:
-        ShapeError: If ``values`` has other than two dimensions.
+        ShapeError: If ``values`` has not two dimensions.
         ParameterError: If the values are fewer than a segment, or a segment fewer than 8 steps.
     """
     positive("step", step, "s")
@@ -108,17 +109,17 @@ def _standard_error(window: Array, distance: int, segments: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class RealisedSpecification:
-    """A specification, the filter fitted to it, and estimates of what either excitation makes.
+class RealisedStandard:
+    """A standard, the filter fitted to it, and spectra of realisations of two excitations.
 
     Attributes:
-        standard: What is specified.
+        standard: The standard.
         fit: The shaping filter.
         step: h of the realisations [s].
-        duration: Of the shaped noise [s].
-        seed: Of the realisations, path 0.
+        duration: Duration of the shaped noise [s].
+        seed: Seed of the realisations, which are path 0.
         shaped: Spectrum of a realisation of `ShapedNoise`.
-        lines: How many lines its sum of sinusoids has.
+        lines: Number of lines in the sum of sinusoids.
         tones: Spectrum of a realisation of `RandomPhase`.
     """
 
@@ -132,14 +133,14 @@ class RealisedSpecification:
     tones: SpectrumEstimate
 
 
-def realise_specification(standard: Standard, seed: int = 0) -> RealisedSpecification:
-    """Fit a filter to a specification, make noise of it and estimate the noise's spectrum.
+def realise_standard(standard: Standard, seed: int = 0) -> RealisedStandard:
+    """Fit a filter to a standard, make noise of it and estimate the spectrum of the noise.
 
-    The report of the fit comes with it; no warning is given of one that is not close.
+    The result holds the report of the fit; there is no warning if the fit is not close.
 
     Args:
-        standard: Of `standards` or `read_table`.
-        seed: Of the realisations.
+        standard: One of `standards`, or of a file by `read_table`.
+        seed: Seed of the realisations.
     """
     spectrum = standard.spectrum
     lines = _lines(spectrum)
@@ -153,19 +154,26 @@ def realise_specification(standard: Standard, seed: int = 0) -> RealisedSpecific
     duration = LENGTHS / resolution
     shaped = estimate_spectrum(realise(noise, 1, duration, step, seed=seed), step, resolution)
     values = realise(tones, 1, PERIODS / resolution, step, seed=seed)
-    return RealisedSpecification(
-        standard, fit, step, duration, seed, shaped, lines, _of_lines(values, step, resolution)
+    return RealisedStandard(
+        standard,
+        fit,
+        step,
+        duration,
+        seed,
+        shaped,
+        lines,
+        _estimate_lines(values, step, resolution),
     )
 
 
-def _of_lines(values: Array, step: float, resolution: float) -> SpectrumEstimate:
-    """Estimate of whole periods of lines, from as many segments of every phase of a period."""
+def _estimate_lines(values: Array, step: float, resolution: float) -> SpectrumEstimate:
+    """Spectrum of whole periods of lines; segments begin equally often at each phase."""
     last = round((1.0 - OVERLAP) / (resolution * step))
     estimate = estimate_spectrum(values[:-last], step, resolution)
     return replace(estimate, rms=np.sqrt(np.mean(values**2, axis=0)))
 
 
 def _lines(spectrum: Spectrum) -> int:
-    """Frequencies of the estimate in the band: enough for its width and for its lowest part."""
+    """Number of the estimate's frequencies in the band: enough for its width and lowest part."""
     low, high = spectrum.band
     return int(np.ceil(np.clip(LINES_BELOW * (high - low) / low, LINES, MOST_LINES)))

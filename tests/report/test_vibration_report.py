@@ -1,4 +1,4 @@
-"""The figure of a specification, and what is said of it as data and on a terminal."""
+"""The figure of a standard, and what is said of it as data and on a terminal."""
 
 import io
 import json
@@ -19,7 +19,7 @@ from ftcfa.report.vibration import (
     unverified,
 )
 from ftcfa.report.vibration_figure import vibration_figure, vibration_files
-from ftcfa.study.realised_spectrum import realise_specification
+from ftcfa.study.realised_spectrum import realise_standard
 from ftcfa.vibration.spectra.road import ROAD_CLASSES
 
 TRUCK = "mil_std_810g_highway_truck_vertical"
@@ -42,7 +42,7 @@ def realised(tmp_path_factory):
     file.write_text(DECK)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ftcfa.study.realised_spectrum.LENGTHS", SEGMENTS)
-        return [realise_specification(one) for one in (standard(TRUCK), read_table(file)["deck"])]
+        return [realise_standard(one) for one in (standard(TRUCK), read_table(file)["deck"])]
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +140,7 @@ def test_a_very_wide_band_can_be_read(tmp_path):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ftcfa.study.realised_spectrum.LENGTHS", 1)
         patch.setattr("ftcfa.study.realised_spectrum.PERIODS", 2)
-        figure = vibration_figure([realise_specification(read_table(file)["wide"])])
+        figure = vibration_figure([realise_standard(read_table(file)["wide"])])
     figure.draw_without_rendering()
     shown = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert {"1", "10", "100", "1000"} <= set(shown)
@@ -148,7 +148,7 @@ def test_a_very_wide_band_can_be_read(tmp_path):
 
 
 def test_record_is_enough_to_judge_by(record):
-    truck, deck = record["specifications"]
+    truck, deck = record["standards"]
     assert truck["points"][0] == pytest.approx([10, 0.015])
     assert (truck["unverified"], deck["unverified"]) == (True, True)
     assert truck["nominal_g_rms"] == 1.04
@@ -164,7 +164,7 @@ def test_record_is_enough_to_judge_by(record):
 
 
 @pytest.mark.parametrize("width", [80, 120])
-def test_what_is_printed_of_a_specification(record, width):
+def test_what_is_printed_of_a_standard(record, width):
     text = printed(print_realised, record, width)
     assert all(len(line) <= width for line in text.splitlines())
     words = " ".join(text.split())

@@ -17,7 +17,7 @@ from ftcfa import (
     simulate,
     standard,
 )
-from ftcfa.study.realised_spectrum import realise_specification
+from ftcfa.study.realised_spectrum import realise_standard
 from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
 
 from .masses import AGREEMENT, CONFIDENCE, pushed
@@ -141,7 +141,7 @@ def test_estimates_that_cannot_be(values, resolution, error, text):
 
 @pytest.fixture(scope="module")
 def families():
-    return {name: realise_specification(standard(name), seed=1) for name in FAMILIES}
+    return {name: realise_standard(standard(name), seed=1) for name in FAMILIES}
 
 
 def band_of(one, estimate):

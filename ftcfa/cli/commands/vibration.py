@@ -1,4 +1,4 @@
-"""``ftcfa vibration``: show what a vibration specification becomes."""
+"""``ftcfa vibration``: show what a vibration standard becomes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ def vibration(
         list[str] | None,
         typer.Argument(
             metavar="[NAME]...",
-            help="Names of vibration specifications. Without any: list the known ones.",
+            help="Names of vibration standards. Without any: list the known ones.",
             show_default=False,
         ),
     ] = None,
@@ -24,14 +24,14 @@ def vibration(
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="File with specifications of your own; all of them are shown, or those named. "
-            "Without it: the specifications that come with ftcfa.",
+            help="File with tables of your own; all of them are shown, or those named. "
+            "Without it: the standards that come with ftcfa.",
         ),
     ] = None,
     out: FigureFolder = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what a vibration specification becomes: the fit, the level, the step, the spectrum.
+    """Show what a vibration standard becomes: the fit, the level, the step, the spectrum.
 
     Example: ftcfa vibration mil_std_810g_highway_truck_vertical --out out
     """
@@ -42,19 +42,19 @@ def vibration(
         print_realised,
         realised_record,
     )
-    from ftcfa.study.realised_spectrum import realise_specification
+    from ftcfa.study.realised_spectrum import realise_standard
     from ftcfa.vibration.spectra.standards import standards
 
     if not names and table is None:
         finish(catalogue_record(standards()), print_catalogue, as_json)
         return
-    specifications = _specifications(names or [], table)
+    chosen = _chosen(names or [], table)
     if out is not None:
         make_folder(out)
     realised = []
-    with progress_of_steps("specifications", len(specifications)) as advance:
-        for specification in specifications:
-            realised.append(realise_specification(specification))
+    with progress_of_steps("standards", len(chosen)) as advance:
+        for standard in chosen:
+            realised.append(realise_standard(standard))
             advance()
     record = realised_record(realised)
     files = {}
@@ -65,12 +65,12 @@ def vibration(
     finish(record, print_realised, as_json, files, out)
 
 
-def _specifications(names: Sequence[str], table: Path | None) -> list[Any]:
-    """Specifications by name, or all of a file.
+def _chosen(names: Sequence[str], table: Path | None) -> list[Any]:
+    """Standards by name, or all of a file.
 
     Args:
         names: Names; none for all of the file.
-        table: File of specifications; None for those that come with ftcfa.
+        table: File of tables; None for the standards that come with ftcfa.
     """
     from ftcfa.errors import UnknownNameError
     from ftcfa.vibration.spectra.standards import read_table, standards
