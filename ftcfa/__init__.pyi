@@ -2,7 +2,8 @@ from .control.command_filtered import CommandFilteredBackstepping
 from .control.computed_torque import ComputedTorque
 from .control.filters import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
 from .control.finite_time_backstepping import FiniteTimeBackstepping
-from .control.ftcf import FTCF, Gains
+from .control.ftcf import FTCF
+from .control.gains import Gains
 from .control.laws import ABLATIONS, CONTROLLERS, ablated
 from .control.network import RBFNetwork
 from .control.pd_gravity import PDGravity

@@ -15,7 +15,7 @@ from jax.sharding import NamedSharding
 from jax.sharding import PartitionSpec as P
 
 from ftcfa import RBFNetwork
-from ftcfa.control.ftcf import Gains
+from ftcfa.control.gains import Gains
 from ftcfa.study.reproduction import GRAVITY, INTENSITY, Q0, V0
 
 jax.config.update("jax_enable_x64", True)

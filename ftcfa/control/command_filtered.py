@@ -1,21 +1,18 @@
 """Asymptotic adaptive command-filtered backstepping, as in [8] and [11] of the paper."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields
-from ftcfa.control.compensation import (
-    Compensation,
-    check_nominal,
-    compensation_force,
-)
+from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
-from ftcfa.control.ftcf import Gains, adaptation_rate, check_gains, network_acceleration
-from ftcfa.control.network import RBFNetwork
-from ftcfa.control.protocol import Desired, Signals
+from ftcfa.control.gains import Gains, check_gains
+from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
+from ftcfa.control.protocol import Desired, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 
 
@@ -23,16 +20,16 @@ class CommandFilteredState(NamedTuple):
     """State of the controller."""
 
     filter: Any
-    """Of the command filter."""
-    s1: Array
+    """State of the command filter."""
+    s1: Traceable
     """Error compensation of the position, shape (n,) [rad]."""
-    theta: Array
+    theta: Traceable
     """Estimate of the squared norm of the network's weights, shape (1,)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CommandFilteredBackstepping:
-    """Adaptive command-filtered backstepping with a linear filter and a known inertia matrix.
+    """Adaptive command-filtered backstepping with a second-order filter and known inertia matrix.
 
         z1 = q - q_d,  z2 = v - abar,  v1 = z1 - s1
         alpha = -a1 z1 + q_d'
@@ -43,18 +40,28 @@ class CommandFilteredBackstepping:
 
     a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic FTCF, so
     the quartic Lyapunov function of the paper, V = (v1^T v1)^2/4 + (z2^T z2)^2/4 + ..., applies
-    with kappa = 1. Against FTCF: the filter's derivative is fed forward, the filter is linear,
-    and there is no answer to saturation. The sources were not at hand: error compensation and
-    filter are those that the literature gives for [8], and the network is the paper's, with
-    which it describes [11] ("requires a completely known inertia matrix").
+    with kappa = 1. Unlike FTCF, the law feeds the filter's derivative forward, its filter is linear
+    and it has no anti-saturation state. We did not have the sources: error compensation and filter
+    are those that the literature gives for [8], and the network is the one of the paper, which
+    says that [11] "requires a completely known inertia matrix".
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
-        gains: The paper's; kappa and the split of the rates play no part.
-        filter: Command filter, or its name.
-        compensation: What is added to u, as in `FTCF`.
+        nominal: The arm as the controller knows it.
+        gains: Gains in the paper's symbols; only a1, a2, iota, lambda and tau are used.
+        filter: Command filter, or its name in `ftcfa.control.filters.FILTERS`.
+        compensation: Known force that is added to u, as in `FTCF`.
         network: The basis functions.
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "alpha": Quantity("rad/s", "virtual control"),
+        "abar": Quantity("rad/s", "filtered virtual control"),
+        "z1": Quantity("rad", "tracking error"),
+        "z2": Quantity("rad/s", "velocity error"),
+        "v1": Quantity("rad", "compensated tracking error"),
+        "s1": Quantity("rad", "error compensation of the position"),
+        "theta": Quantity("1", "estimated squared norm of the network's weights"),
+    }
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
@@ -70,16 +77,21 @@ class CommandFilteredBackstepping:
     def _filter(self) -> CommandFilter:
         return cast(CommandFilter, self.filter)
 
-    def _virtual_control(self, z1: Array, dq_d: Array) -> Array:
+    def _virtual_control(self, z1: Traceable, dq_d: Traceable) -> Traceable:
         return -self.gains.position_rate * z1 + dq_d
 
-    def init(self, q: Array, v: Array, desired: Desired) -> CommandFilteredState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> CommandFilteredState:  # noqa: ARG002
         """psi1(0) = alpha(0); all else zero."""
         alpha = self._virtual_control(q - desired.q, desired.v)
         return CommandFilteredState(self._filter.init(alpha), np.zeros_like(q), np.zeros(1))
 
     def step(
-        self, state: CommandFilteredState, q: Array, v: Array, desired: Desired, period: float
+        self,
+        state: CommandFilteredState,
+        q: Traceable,
+        v: Traceable,
+        desired: Desired,
+        period: float,
     ) -> tuple[Signals, CommandFilteredState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         g, theta = self.gains, state.theta
@@ -97,7 +109,7 @@ class CommandFilteredBackstepping:
         new = CommandFilteredState(
             filter=filter_state,
             s1=leaky_step(state.s1, g.position_rate, abar - alpha, period),
-            theta=leaky_step(theta, g.iota, adaptation_rate(g, z2, BB), period),
+            theta=leaky_step(theta, g.iota, adaptation_drive(g, z2, BB), period),
         )
         signals = {
             "u": u,

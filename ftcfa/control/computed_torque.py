@@ -1,13 +1,14 @@
-"""Computed torque: the nominal dynamics inverted, PD on what is left."""
+"""Computed torque: PD control through the inverse of the nominal dynamics."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal, compensation_force
-from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
+from ftcfa.control.gains import Gains
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
@@ -22,10 +23,12 @@ class ComputedTorque(MemorylessLaw):
     Friction is taken at the desired velocity.
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
+        nominal: The arm as the controller knows it.
         position_rate: a1 [1/s].
         velocity_rate: a2 [1/s].
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {"z1": Quantity("rad", "tracking error")}
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
@@ -39,8 +42,8 @@ class ComputedTorque(MemorylessLaw):
     def step(
         self,
         state: Memoryless,
-        q: Array,
-        v: Array,
+        q: Traceable,
+        v: Traceable,
         desired: Desired,
         period: float,  # noqa: ARG002
     ) -> tuple[Signals, Memoryless]:

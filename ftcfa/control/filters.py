@@ -1,11 +1,12 @@
-"""Command filters: they track a virtual control alpha and give its derivative, (6).
+"""Command filters: they follow a virtual control alpha and give its derivative, (6).
 
     psi1' = zeta,   zeta = -r1 sig(psi1 - alpha, 1/2) + psi2,   psi2' = -r2 sign(psi1 - alpha)
 
-This is Levant's first-order differentiator (Levant 2003, Int. J. Control 76). Its two
-discretisations differ greatly: the explicit one limit-cycles with amplitude (r1 h / 2)^2, the
-implicit one does not, and its derivative is half a period late. A linear second-order filter and
-Levant's second-order differentiator, discretised without that bias, stand beside them.
+This is Levant's first-order differentiator (Levant 2003, Int. J. Control 76), here with two
+discretisations that differ greatly. The explicit one oscillates with amplitude (r1 h / 2)^2 on a
+constant input. The implicit one does not, and its derivative is half a period late. The other
+filters are a linear second-order one and Levant's second-order differentiator, whose discrete
+derivative is not late.
 """
 
 from abc import ABC, abstractmethod
@@ -14,51 +15,52 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.fractional import sig
 from ftcfa.errors import UnknownNameError
 from ftcfa.parts import Parameters, number_fields
 
 NEWTON_STEPS = 8
-"""Of the root of the cubic: the start is less than three times too large; seven are exact."""
+"""Steps to the root of the cubic. The start is less than three times the root; seven steps reach
+it to rounding."""
 
 
 class FilterState(NamedTuple):
-    """State of a command filter of two integrators."""
+    """State of a command filter with two integrators."""
 
-    psi1: Array
+    psi1: Traceable
     """Filtered signal, shape (n,) [rad/s]."""
-    psi2: Array
-    """Integral part of its derivative, shape (n,) [rad/s^2]."""
+    psi2: Traceable
+    """Integral part of the derivative of psi1, shape (n,) [rad/s^2]."""
 
 
 class ProperState(NamedTuple):
     """State of the second-order differentiator."""
 
-    psi1: Array
+    psi1: Traceable
     """Filtered signal, shape (n,) [rad/s]."""
-    psi2: Array
-    """Its derivative but for half a period of psi3, shape (n,) [rad/s^2]."""
-    psi3: Array
-    """Integral part of its second derivative, shape (n,) [rad/s^3]."""
+    psi2: Traceable
+    """Derivative of psi1 less h/2 psi3, shape (n,) [rad/s^2]."""
+    psi3: Traceable
+    """Integral part of the second derivative of psi1, shape (n,) [rad/s^3]."""
 
 
 class CommandFilter(Protocol):
     """A filter with state; its output is abar, the filtered virtual control."""
 
-    def init(self, alpha: Array) -> Any:
-        """At rest on the first input."""
+    def init(self, alpha: Traceable) -> Any:
+        """State at rest on the first input, shape (n,) [rad/s]."""
         ...
 
-    def step(self, state: Any, alpha: Array, period: float) -> tuple[Array, Array, Any]:
-        """Filter one sample: (abar at this sample, its derivative, new state)."""
+    def step(self, state: Any, alpha: Traceable, period: float) -> tuple[Traceable, Traceable, Any]:
+        """Filter one sample: abar [rad/s], its derivative [rad/s^2] and the new state."""
         ...
 
 
 def implicit_super_twisting(
-    x: Array, nu: Array, r1: float, r2: float, period: float
-) -> tuple[Array, Array]:
+    x: Traceable, nu: Traceable, r1: float, r2: float, period: float
+) -> tuple[Traceable, Traceable]:
     """One implicit step of x' = -r1 sig(x, 1/2) + nu, nu' = -r2 sign(x), solved in closed form.
 
     With b = x + h nu:
@@ -90,14 +92,14 @@ def implicit_super_twisting(
 
 @dataclass(frozen=True)
 class _LevantFilter(ABC):
-    """The gains that both discretisations share.
+    """Gains and initial state of both discretisations of (6).
 
     Attributes:
-        r1: Gain of the root term, (6) [rad^(1/2)/s].
+        r1: Gain of the root term, (6) [rad^(1/2)/s^(3/2)].
         r2: Gain of the sign term, (6) [rad/s^3]; for |alpha''| <= L: r1 = 1.5 sqrt(L), r2 = 1.1 L.
     """
 
-    r1: Annotated[float, Check(positive, "rad^(1/2)/s")] = 750.0
+    r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)")] = 750.0
     r2: Annotated[float, Check(positive, "rad/s^3")] = 180.0
 
     varies: ClassVar[Parameters] = number_fields("r1", "r2")
@@ -105,25 +107,25 @@ class _LevantFilter(ABC):
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def init(self, alpha: Array) -> FilterState:
+    def init(self, alpha: Traceable) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
         return FilterState(alpha, np.zeros_like(alpha))
 
     @abstractmethod
     def step(
-        self, state: FilterState, alpha: Array, period: float
-    ) -> tuple[Array, Array, FilterState]:
+        self, state: FilterState, alpha: Traceable, period: float
+    ) -> tuple[Traceable, Traceable, FilterState]:
         """Filter one sample: see `CommandFilter.step`."""
 
 
 @dataclass(frozen=True)
 class ExplicitFilter(_LevantFilter):
-    """Explicit Euler, as most simulations of (6) do it; needs h of 0.1 ms at the paper's gains."""
+    """Explicit Euler step of (6), as in most simulations; the paper's gains need h <= 0.1 ms."""
 
     def step(
-        self, state: FilterState, alpha: Array, period: float
-    ) -> tuple[Array, Array, FilterState]:
-        """Output psi1 and zeta of this sample; psi1 + h zeta becomes the next."""
+        self, state: FilterState, alpha: Traceable, period: float
+    ) -> tuple[Traceable, Traceable, FilterState]:
+        """Filter one sample: psi1 and zeta at it; the new psi1 is psi1 + h zeta."""
         error = state.psi1 - alpha
         zeta = -self.r1 * sig(error, 0.5) + state.psi2
         psi2 = state.psi2 - period * self.r2 * np.sign(error)
@@ -132,7 +134,7 @@ class ExplicitFilter(_LevantFilter):
 
 @dataclass(frozen=True)
 class ImplicitFilter(_LevantFilter):
-    """Implicit Euler, solved in closed form: no chatter at any period.
+    """Implicit Euler step of (6), solved in closed form: it does not chatter at any period.
 
     With b = psi1 - alpha + h psi2 (old psi2):
 
@@ -140,13 +142,13 @@ class ImplicitFilter(_LevantFilter):
         otherwise:      psi1 <- alpha + sign(b) y^2,  psi2 <- psi2 - h r2 sign(b)
                         y = (-h r1 + sqrt(h^2 r1^2 + 4 (|b| - h^2 r2))) / 2
 
-    Once on alpha, its derivative is the backward difference, half a period late.
+    Once psi1 = alpha, the derivative is the backward difference, which is half a period late.
     """
 
     def step(
-        self, state: FilterState, alpha: Array, period: float
-    ) -> tuple[Array, Array, FilterState]:
-        """Output the new psi1, which follows alpha without delay, and zeta over the step."""
+        self, state: FilterState, alpha: Traceable, period: float
+    ) -> tuple[Traceable, Traceable, FilterState]:
+        """Filter one sample: the new psi1, which is not late, and zeta of the step."""
         error, psi2 = implicit_super_twisting(
             state.psi1 - alpha, state.psi2, self.r1, self.r2, period
         )
@@ -160,8 +162,8 @@ class SecondOrderFilter:
 
         psi1' = psi2,   psi2' = -2 zeta omega psi2 - omega^2 (psi1 - alpha)
 
-    by implicit Euler: stable at any period. It lags alpha by 2 zeta/omega. [8] was not at hand;
-    the equations are those that the literature gives for it.
+    by implicit Euler steps, which are stable at any period. It lags alpha by 2 zeta/omega. We did
+    not have [8]; the equations are those that the literature gives for it.
 
     Attributes:
         omega: Natural frequency [rad/s]; ten times the laws' velocity rate by default.
@@ -176,14 +178,14 @@ class SecondOrderFilter:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def init(self, alpha: Array) -> FilterState:
+    def init(self, alpha: Traceable) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
         return FilterState(alpha, np.zeros_like(alpha))
 
     def step(
-        self, state: FilterState, alpha: Array, period: float
-    ) -> tuple[Array, Array, FilterState]:
-        """Output the new psi1 and psi2."""
+        self, state: FilterState, alpha: Traceable, period: float
+    ) -> tuple[Traceable, Traceable, FilterState]:
+        """Filter one sample: the new psi1 and psi2."""
         pull = period * self.omega
         psi2 = (state.psi2 - pull * self.omega * (state.psi1 - alpha)) / (
             1.0 + 2.0 * self.zeta * pull + pull**2
@@ -194,7 +196,7 @@ class SecondOrderFilter:
 
 @dataclass(frozen=True)
 class ProperFilter:
-    """Levant's second-order differentiator, implicit, with the output made free of bias.
+    """Levant's second-order differentiator, implicit, with an output that is not late.
 
         psi1' = -2 L^(1/3) sig(e, 2/3) + psi2,   e = psi1 - alpha
         psi2' = -2.12 L^(2/3) sig(e, 1/3) + psi3
@@ -205,15 +207,15 @@ class ProperFilter:
         e + h k1 sig(e, 2/3) + h^2 k2 sig(e, 1/3) + h^3 k3 sign(e) = b,
         b = psi1 - alpha + h psi2 + h^2 psi3  (old)
 
-    a cubic in |e|^(1/3), by Newton's method. Its psi2 is late by half a period, like any backward
-    difference: an error of h alpha''/2. Seeber (2024, "Proper implicit discretization of
+    a cubic in |e|^(1/3), by Newton's method. psi2 is late by half a period, like any backward
+    difference, an error of h alpha''/2. Seeber (2024, "Proper implicit discretization of
     arbitrary-order robust exact differentiators", arXiv 2404.02770) shows that the outputs must
     be linear combinations of the states; for this order
 
         zeta = psi2 + h/2 psi3
 
-    is exact on parabolas and right to h^2 L/3. (The paper's abstract was at hand, its
-    coefficients were not: 1/2 is what exactness on parabolas asks for.)
+    is exact on parabolas and otherwise within h^2 L/3. (We had the abstract of that article alone;
+    the coefficient 1/2 is the one that makes zeta exact on parabolas.)
 
     Attributes:
         L: Bound of |alpha'''| [rad/s^4].
@@ -226,15 +228,15 @@ class ProperFilter:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def init(self, alpha: Array) -> ProperState:
-        """psi1(0) = alpha(0), all else zero."""
+    def init(self, alpha: Traceable) -> ProperState:
+        """psi1(0) = alpha(0), psi2(0) = psi3(0) = 0."""
         zero = np.zeros_like(alpha)
         return ProperState(alpha, zero, zero)
 
     def step(
-        self, state: ProperState, alpha: Array, period: float
-    ) -> tuple[Array, Array, ProperState]:
-        """Output the new psi1 and zeta."""
+        self, state: ProperState, alpha: Traceable, period: float
+    ) -> tuple[Traceable, Traceable, ProperState]:
+        """Filter one sample: the new psi1 and zeta."""
         h, root = period, np.exp(np.log(self.L) / 3.0)
         k1, k2, k3 = 2.0 * root, 2.12 * root**2, 1.1 * self.L
         b = state.psi1 - alpha + h * (state.psi2 + h * state.psi3)
@@ -247,11 +249,11 @@ class ProperFilter:
         return psi1, psi2 + h / 2.0 * psi3, ProperState(psi1, psi2, psi3)
 
 
-def _root_of_cubic(k1: float, k2: float, c: Array) -> Array:
+def _root_of_cubic(k1: float, k2: float, c: Traceable) -> Traceable:
     """The root w >= 0 of w^3 + k1 w^2 + k2 w = c for c >= 0, shape (n,).
 
-    Each term alone bounds it from above, and Newton's method descends from there on a convex
-    function.
+    Each term alone gives an upper bound. Newton's method starts at the least of them and descends,
+    since the cubic is convex there.
     """
     w = np.minimum(np.minimum(sig(c, 1.0 / 3.0), np.sqrt(c / k1)), c / k2)
     for _ in range(NEWTON_STEPS):
@@ -265,14 +267,14 @@ FILTERS: dict[str, type[CommandFilter]] = {
     "second-order": SecondOrderFilter,
     "proper": ProperFilter,
 }
-"""Command filters by name."""
+"""Name to command filter."""
 
 
 def command_filter(choice: "str | CommandFilter") -> CommandFilter:
-    """A filter, or the one of that name with its default gains.
+    """The filter itself, or the filter of a name with its default gains.
 
     Raises:
-        UnknownNameError: If there is none of that name.
+        UnknownNameError: If there is no filter of that name.
     """
     if not isinstance(choice, str):
         return choice
@@ -281,6 +283,6 @@ def command_filter(choice: "str | CommandFilter") -> CommandFilter:
     return FILTERS[choice]()
 
 
-def leaky_step(x: Array, rate: float, drive: Array, period: float) -> Array:
-    """One step of x' = -rate x + drive, the decay implicit: stable for any rate >= 0."""
+def leaky_step(x: Traceable, rate: float, drive: Traceable, period: float) -> Traceable:
+    """One Euler step of x' = -rate x + drive with implicit decay, stable for any rate >= 0."""
     return (x + period * drive) / (1.0 + period * rate)

@@ -1,20 +1,17 @@
 """Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, not_negative
-from ftcfa.control.compensation import (
-    Compensation,
-    check_nominal,
-    compensation_force,
-)
+from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
 from ftcfa.control.fractional import SMALLEST, sig
-from ftcfa.control.ftcf import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
+from ftcfa.control.gains import Gains, check_gains
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
@@ -28,8 +25,8 @@ class FiniteTimeBackstepping(MemorylessLaw):
         u = M(q) (alpha' - c2 sig(z2, kappa) - (3/4 k2 + 5/4) z2) + compensation
 
     The exact law has beta(z) = sig(z, kappa), whose derivative kappa |z|^(kappa - 1) is infinite
-    at zero: each time that a component of z1 crosses zero with v /= q_d', u is unbounded. Sampled,
-    z1 is never quite zero, and the smaller the period, the nearer it comes.
+    at zero: each time that a component of z1 crosses zero with v /= q_d', u is unbounded. At the
+    samples z1 is never quite zero, but it comes nearer to zero the smaller the period is.
 
     A ``width`` mu > 0 gives the usual regularised variant: within |z| < mu the power is replaced by
     the parabola that joins it with a continuous derivative (Wang, Chai and Zhai 2009, IEEE Trans.
@@ -38,14 +35,20 @@ class FiniteTimeBackstepping(MemorylessLaw):
         beta(z) = (2 - kappa) mu^(kappa - 1) z + (kappa - 1) mu^(kappa - 2) z^2 sign(z),
 
     so that beta' <= (2 - kappa) mu^(kappa - 1); finite-time convergence holds down to mu only.
-    [15] and [16] were not at hand: this is FTCF of the paper with the filter left out.
+    We did not have [15] and [16]: this is the paper's FTCF without the filter.
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
-        gains: The paper's; iota, lambda and tau play no part.
+        nominal: The arm as the controller knows it.
+        gains: Gains in the paper's symbols; iota, lambda and tau are not used.
         width: mu [rad or m]; 0 for the exact, singular law.
-        compensation: What is added to u, as in `FTCF`.
+        compensation: Known force that is added to u, as in `FTCF`.
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "alpha": Quantity("rad/s", "virtual control"),
+        "z1": Quantity("rad", "tracking error"),
+        "z2": Quantity("rad/s", "velocity error"),
+    }
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
@@ -60,8 +63,8 @@ class FiniteTimeBackstepping(MemorylessLaw):
     def step(
         self,
         state: Memoryless,
-        q: Array,
-        v: Array,
+        q: Traceable,
+        v: Traceable,
         desired: Desired,
         period: float,  # noqa: ARG002
     ) -> tuple[Signals, Memoryless]:
@@ -78,7 +81,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state
 
 
-def joined_power(z: Array, kappa: float, width: float) -> tuple[Array, Array]:
+def joined_power(z: Traceable, kappa: float, width: float) -> tuple[Traceable, Traceable]:
     """sig(z, kappa) joined within |z| < width by a parabola, and its derivative.
 
     With m = max(|z|, mu) and x = min(|z|/mu, 1), for all z at once:
@@ -89,7 +92,7 @@ def joined_power(z: Array, kappa: float, width: float) -> tuple[Array, Array]:
     Args:
         z: Shape (n,).
         kappa: Power, 0 < kappa <= 1.
-        width: mu >= 0; at 0 the derivative at zero is finite only for being a number.
+        width: mu >= 0; at 0 the derivative at z = 0 is a very large number instead of infinite.
 
     Returns:
         beta and beta', shape (n,).

@@ -1,18 +1,18 @@
-"""The signed fractional power that finite-time control is built from."""
+"""The signed fractional power of finite-time control."""
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 
 SMALLEST = 1e-300
-"""Stands for |x| below it, where the logarithm would leave the numbers."""
+"""Least |x| in the logarithm of `sig`; the logarithm of 0 is no number."""
 
 
-def sig(x: Array, a: float) -> Array:
-    """Raise each component to a power a > 0, keeping its sign: sign(x) |x|^a.
+def sig(x: Traceable, a: float) -> Traceable:
+    """Raise each component to a power a > 0 and keep its sign: sign(x) |x|^a.
 
-    Every fractional power of a vector in the paper means this. The base is positive, so the
-    power is exp(a log |x|): on vectors less than half the cost of a general power, exact to
-    some 1e-14 relative, and exactly zero at zero.
+    Every fractional power of a vector in the paper means this. The base is positive, so the power
+    is computed as exp(a log |x|): for vectors less than half the cost of a general power, with a
+    relative error of some 1e-14, and exactly zero at zero.
     """
     return np.sign(x) * np.exp(a * np.log(np.maximum(np.abs(x), SMALLEST)))

@@ -1,110 +1,38 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from ftcfa.arrays import Array, solve_spd
-from ftcfa.checks import Check, check_fields, flag, is_number, positive
-from ftcfa.control.compensation import (
-    Compensation,
-    check_nominal,
-    compensation_force,
-)
+from ftcfa.arrays import Traceable, solve_spd
+from ftcfa.checks import Check, check_fields, flag
+from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
-from ftcfa.control.network import RBFNetwork
-from ftcfa.control.protocol import Desired, Signals
-from ftcfa.errors import ParameterError
+from ftcfa.control.gains import Gains, check_gains
+from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
+from ftcfa.control.protocol import Desired, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
-
-
-def check_power(subject: str, value: Any) -> None:
-    """Raise ParameterError unless a fractional power is admissible."""
-    if not (is_number(value) and 0 < value <= 1):
-        raise ParameterError(subject, repr(value), "0 < kappa <= 1")
-
-
-@dataclass(frozen=True)
-class Gains:
-    """Gains of the controller in the paper's symbols; the defaults are those of Section V.
-
-    Attributes:
-        c1: Fractional-power gain of the virtual control, (7) [rad^(1-kappa)/s].
-        c2: Fractional-power gain of the controller, (8) [(rad/s)^(1-kappa)/s].
-        k1: Linear gain of the virtual control and the error compensation, (7), (10) [1/s].
-        k2: Linear gain of the controller and the error compensation, (8), (10) [1/s].
-        kappa: Fractional power, 0 < kappa <= 1; 1 is the asymptotic law of Remark 5.
-        iota: Leakage of the adaptation, (9) [1/s].
-        lambda_: Rate of the adaptation, (9).
-        tau: Weight of the network term, (8), (9).
-    """
-
-    c1: Annotated[float, Check(positive, "rad^(1-kappa)/s")] = 7.5
-    c2: Annotated[float, Check(positive, "(rad/s)^(1-kappa)/s")] = 25.0
-    k1: Annotated[float, Check(positive, "1/s")] = 2.0
-    k2: Annotated[float, Check(positive, "1/s")] = 1.0 / 3.0
-    kappa: Annotated[float, Check(check_power)] = 0.6
-    iota: Annotated[float, Check(positive, "1/s")] = 100.0
-    lambda_: Annotated[float, Check(positive)] = 1.0
-    tau: Annotated[float, Check(positive)] = 1.0
-
-    varies: ClassVar[Parameters] = number_fields(
-        "c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"
-    )
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-    @property
-    def linear_position_rate(self) -> float:
-        """Rate of the linear term of (7), 3/4 (1 + k1) [1/s]."""
-        return 0.75 * (1.0 + self.k1)
-
-    @property
-    def linear_velocity_rate(self) -> float:
-        """Rate of the linear term of (8), 3/4 k2 + 5/4 [1/s]."""
-        return 0.75 * self.k2 + 1.25
-
-    @property
-    def position_rate(self) -> float:
-        """Rate at which the asymptotic law steers a position error down, c1 + 3/4 (1 + k1) [1/s].
-
-        By it, and by `velocity_rate`, the defaults of all laws are chosen: see
-        `ftcfa.control.laws`.
-        """
-        return self.c1 + self.linear_position_rate
-
-    @property
-    def velocity_rate(self) -> float:
-        """Rate at which it steers a velocity error down, c2 + 3/4 k2 + 5/4 [1/s]."""
-        return self.c2 + 0.75 * self.k2 + 1.25
-
-
-def check_gains(subject: str, gains: Any) -> None:
-    """Raise ParameterError unless the gains of a law are `Gains`."""
-    if not isinstance(gains, Gains):
-        raise ParameterError(subject, repr(gains), "Gains(...)")
 
 
 class FTCFState(NamedTuple):
     """State of the controller."""
 
     filter: Any
-    """Of the command filter, (6)."""
-    s1: Array
+    """State of the command filter, (6)."""
+    s1: Traceable
     """Error compensation of the position, shape (n,) [rad], (10)."""
-    s2: Array
-    """Error compensation of the velocity, shape (n,) [rad/s], (10); stays zero."""
-    rho: Array
+    s2: Traceable
+    """Error compensation of the velocity, shape (n,) [rad/s], (10); it stays zero."""
+    rho: Traceable
     """Anti-saturation state, shape (n,) [rad/s], (11)."""
-    theta: Array
+    theta: Traceable
     """Estimate of the squared norm of the network's weights, shape (1,), (9)."""
 
 
-def virtual_control(gains: Gains, v1: Array, dq_d: Array, rho: Array) -> Array:
+def virtual_control(gains: Gains, v1: Traceable, dq_d: Traceable, rho: Traceable) -> Traceable:
     """Virtual control of the first backstepping step.
 
         alpha = -c1 sig(v1, kappa) - 3/4 (1 + k1) v1 + q_d' - rho          (7)
@@ -121,7 +49,9 @@ def virtual_control(gains: Gains, v1: Array, dq_d: Array, rho: Array) -> Array:
     return -gains.c1 * sig(v1, gains.kappa) - gains.linear_position_rate * v1 + dq_d - rho
 
 
-def commanded_acceleration(gains: Gains, v2: Array, theta: Array, BB: Array, rho: Array) -> Array:
+def commanded_acceleration(
+    gains: Gains, v2: Traceable, theta: Traceable, BB: Traceable, rho: Traceable
+) -> Traceable:
     """Acceleration that the controller commands of the nominal arm, Mbar^-1 u.
 
         a = -c2 sig(v2, kappa) - (3/4 k2 + 5/4) v2 - theta v2 (B^T B)/(4 tau) - rho      (8)
@@ -144,17 +74,7 @@ def commanded_acceleration(gains: Gains, v2: Array, theta: Array, BB: Array, rho
     )
 
 
-def network_acceleration(gains: Gains, v2: Array, theta: Array, BB: Array) -> Array:
-    """Part of the network in (8), theta v2 (B^T B)/(4 tau), shape (n,) [rad/s^2]."""
-    return theta * v2 * BB / (4.0 * gains.tau)
-
-
-def adaptation_rate(gains: Gains, v2: Array, BB: Array) -> Array:
-    """Rate of theta without its leakage, lambda/(4 tau) (v2^T v2)^2 (B^T B), (9) [1/s]."""
-    return gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
-
-
-def smooth_saturation(u: Array, limit: Array) -> Array:
+def smooth_saturation(u: Traceable, limit: Traceable) -> Traceable:
     """The smooth saturation eta(u) = u* tanh(u/u*) of the paper, shape (n,) [N m or N].
 
     Args:
@@ -168,25 +88,53 @@ def smooth_saturation(u: Array, limit: Array) -> Array:
 class FTCF:
     """Finite-time command-filtered adaptive neural backstepping (Song, Zhao, Cui).
 
-        z1 = q - q_d,  z2 = v - abar,  v1 = z1 - s1,  v2 = z2 - s2 - rho        (5), (12)
+    At every sample, with sig(x, a) = sign(x) |x|^a component by component:
+
+        z1 = q - q_d,  z2 = v - abar                                            (5)
+        v1 = z1 - s1,  v2 = z2 - s2 - rho                                       (12)
+        alpha = -c1 sig(v1, kappa) - 3/4 (1 + k1) v1 + q_d' - rho               (7)
+        psi1' = zeta,  zeta = -r1 sig(psi1 - alpha, 1/2) + psi2,
+        psi2' = -r2 sign(psi1 - alpha),  abar = psi1                            (6)
         a  = -c2 sig(v2, kappa) - (3/4 k2 + 5/4) v2 - theta v2 (B^T B)/(4 tau) - rho
         u  = Mbar(q) a + compensation                                           (8)
 
-    The states s1, s2, rho and theta advance by one Euler step a period, their linear decay taken
-    implicitly, so that no leakage is too fast for the period.
+    The states advance by one Euler step a period. Their linear decay is implicit, so that any
+    leakage is stable at any period:
+
+        theta' = -iota theta + lambda/(4 tau) (v2^T v2)^2 (B^T B)               (9)
+        s1' = -k1 s1 - c1 sig(s1, kappa) + (abar - alpha) + s2
+        s2' = -k2 s2 - c2 sig(s2, kappa)                                        (10)
+        rho' = -rho + Mbar(q)^-1 (eta(u) - u),  eta(u) = u* tanh(u/u*)          (11)
+
+    from psi1(0) = alpha(0) and zeros. Shapes and units for revolute joints: q, q_d, z1, v1, s1
+    (n,) [rad]; v, alpha, abar, psi1, z2, v2, s2, rho (n,) [rad/s]; a, zeta, psi2 (n,) [rad/s^2];
+    u and its limit u* (n,) [N m]; B (K,), `RBFNetwork.basis` at (q, v); theta (1,).
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
+        nominal: The arm as the controller knows it; Mbar is its inertia, u* its effort limit.
         gains: Gains in the paper's symbols.
         filter: Command filter, or its name in `ftcfa.control.filters.FILTERS`.
-        compensation: What is added to u: ``"none"`` (the paper), the nominal ``"gravity"`` h(q),
-            or the nominal ``"bias"`` C v + h + f, friction taken at the velocity that the law
-            steers to, v - v2.
+        compensation: Known force that is added to u: ``"none"`` (the paper), the nominal
+            ``"gravity"`` h(q), or the nominal ``"bias"`` C v + h + f, friction at the velocity to
+            which the law drives v, v - v2.
         network: The basis functions.
-        error_compensation: Whether s1 and s2 move, (10); without, they stay zero.
-        anti_saturation: Whether rho moves, (11); without, it stays zero.
-        adaptation: Whether theta moves, (9); without, it stays zero and the network is silent.
+        error_compensation: Whether s1 and s2 move, (10); if not, they stay zero.
+        anti_saturation: Whether rho moves, (11); if not, it stays zero.
+        adaptation: Whether theta moves, (9); if not, it stays zero and the network has no effect.
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "alpha": Quantity("rad/s", "virtual control (7)"),
+        "abar": Quantity("rad/s", "filtered virtual control (6)"),
+        "z1": Quantity("rad", "tracking error (5)"),
+        "z2": Quantity("rad/s", "velocity error (5)"),
+        "v1": Quantity("rad", "compensated tracking error (12)"),
+        "v2": Quantity("rad/s", "compensated velocity error (12)"),
+        "s1": Quantity("rad", "error compensation of the position (10)"),
+        "s2": Quantity("rad/s", "error compensation of the velocity (10)"),
+        "rho": Quantity("rad/s", "anti-saturation state (11)"),
+        "theta": Quantity("1", "estimated squared norm of the network's weights (9)"),
+    }
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
@@ -205,14 +153,14 @@ class FTCF:
     def _filter(self) -> CommandFilter:
         return cast(CommandFilter, self.filter)
 
-    def init(self, q: Array, v: Array, desired: Desired) -> FTCFState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FTCFState:  # noqa: ARG002
         """psi1(0) = alpha(0); all else zero."""
         zero = np.zeros_like(q)
         alpha = virtual_control(self.gains, q - desired.q, desired.v, zero)
         return FTCFState(self._filter.init(alpha), zero, zero, zero, np.zeros(1))
 
     def step(
-        self, state: FTCFState, q: Array, v: Array, desired: Desired, period: float
+        self, state: FTCFState, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, FTCFState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         g, rho, theta = self.gains, state.rho, state.theta
@@ -240,7 +188,8 @@ class FTCF:
         if self.anti_saturation:
             new = new._replace(rho=leaky_step(rho, 1.0, gap, period))
         if self.adaptation:
-            new = new._replace(theta=leaky_step(theta, g.iota, adaptation_rate(g, v2, BB), period))
+            drive = adaptation_drive(g, v2, BB)
+            new = new._replace(theta=leaky_step(theta, g.iota, drive, period))
         signals = {
             "u": u,
             "alpha": alpha,

@@ -24,7 +24,8 @@ from typing import Any
 from ftcfa.control.command_filtered import CommandFilteredBackstepping
 from ftcfa.control.computed_torque import ComputedTorque
 from ftcfa.control.finite_time_backstepping import FiniteTimeBackstepping
-from ftcfa.control.ftcf import FTCF, Gains
+from ftcfa.control.ftcf import FTCF
+from ftcfa.control.gains import Gains
 from ftcfa.control.pd_gravity import PDGravity
 from ftcfa.control.protocol import Controller
 from ftcfa.control.slotine_li import SlotineLi

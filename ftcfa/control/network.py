@@ -1,4 +1,4 @@
-"""The radial basis function network of Lemma 1."""
+"""The radial basis function network of Lemma 1, and its part in the controller."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -6,16 +6,19 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, check_fields, counting, positive
+from ftcfa.control.gains import Gains
 from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True)
 class RBFNetwork:
-    """Gaussian basis over X = (q, v); the paper leaves open what X is and where the centres lie.
+    """Gaussian basis over X = (q, v).
 
         b_k(X) = exp(-|X - gamma_k|^2 / w^2),   gamma_k evenly on the diagonal of [-r, r]^(2n)
+
+    The paper says neither what X is nor where in the box the centres gamma_k lie.
 
     Attributes:
         nodes: K, the number of basis functions.
@@ -32,7 +35,7 @@ class RBFNetwork:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def basis(self, q: Array, v: Array) -> Array:
+    def basis(self, q: Traceable, v: Traceable) -> Traceable:
         """B(X), shape (K,)."""
         X = np.concatenate([q, v])  # (2n,)
         g = _positions(self.nodes, self.half_range)  # (K,), gamma_k = g_k (1, ..., 1)
@@ -40,7 +43,30 @@ class RBFNetwork:
         return np.exp(-distance / self.width**2)
 
 
+def network_acceleration(gains: Gains, v2: Traceable, theta: Traceable, BB: Traceable) -> Traceable:
+    """Part of the network in (8), theta v2 (B^T B)/(4 tau), shape (n,) [rad/s^2].
+
+    Args:
+        gains: tau.
+        v2: Velocity error that the law uses, shape (n,) [rad/s].
+        theta: Estimate of the squared norm of the network's weights, shape (1,).
+        BB: B^T B of the network.
+    """
+    return theta * v2 * BB / (4.0 * gains.tau)
+
+
+def adaptation_drive(gains: Gains, v2: Traceable, BB: Traceable) -> Traceable:
+    """Rate of theta without its leakage, lambda/(4 tau) (v2^T v2)^2 (B^T B), (9).
+
+    Args:
+        gains: lambda and tau.
+        v2: Velocity error that the law uses, shape (n,) [rad/s].
+        BB: B^T B of the network.
+    """
+    return gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
+
+
 @lru_cache
 def _positions(nodes: int, half_range: float) -> Array:
-    """Where the centres lie on the diagonal, shape (K,)."""
+    """Positions g_k of the centres on the diagonal, shape (K,)."""
     return np.linspace(-half_range, half_range, nodes) if nodes > 1 else np.zeros(1)

@@ -1,32 +1,36 @@
-"""PD control with gravity compensation: what a robot runs when nobody models it."""
+"""PD control with gravity compensation, the usual controller of a robot without a model."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal
-from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
+from ftcfa.control.gains import Gains
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
 
 @dataclass(frozen=True, eq=False)
 class PDGravity(MemorylessLaw):
-    """A PD servo at every joint, gravity fed forward (Takegaki and Arimoto 1981, ASME JDSMC 103).
+    """PD control of every joint and compensation of gravity (Takegaki and Arimoto 1981).
 
         u = h(q) - D (a1 a2 (q - q_d) + (a1 + a2) (v - q_d')),   D = diag M(home)
 
-    Joint by joint, with all others held at home, the poles are -a1 and -a2.
+    With all other joints held at home, each joint has the poles -a1 and -a2. Source: ASME J.
+    Dyn. Syst. Meas. Control 103.
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
+        nominal: The arm as the controller knows it.
         position_rate: a1 [1/s].
         velocity_rate: a2 [1/s].
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {"z1": Quantity("rad", "tracking error")}
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
@@ -40,8 +44,8 @@ class PDGravity(MemorylessLaw):
     def step(
         self,
         state: Memoryless,
-        q: Array,
-        v: Array,
+        q: Traceable,
+        v: Traceable,
         desired: Desired,
         period: float,  # noqa: ARG002
     ) -> tuple[Signals, Memoryless]:

@@ -4,54 +4,74 @@ Laws are pure and branch-free: no hidden state, no `if` on values (`np.where` in
 definition then runs on floats, and can be traced, compiled and exported.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 
-Signals: TypeAlias = dict[str, Array]
-"""What a law computed in one step, by name; ``u`` is the commanded torque."""
+Signals: TypeAlias = dict[str, Traceable]
+"""Values that a law computes in one step, by name; ``u`` is the commanded torque."""
+
+
+class Quantity(NamedTuple):
+    """Unit and meaning of a signal, as the label of a result shows them."""
+
+    unit: str
+    """SI unit for revolute joints, such as ``rad/s``; for prismatic joints m replaces rad."""
+    meaning: str
+    """Noun phrase, such as ``tracking error (5)``."""
 
 
 class Desired(NamedTuple):
     """The desired motion at one instant."""
 
-    q: Array
+    q: Traceable
     """Desired position q_d, shape (n,) [rad or m]."""
-    v: Array
-    """Its first derivative, shape (n,) [rad/s or m/s]."""
-    a: Array
-    """Its second derivative, shape (n,) [rad/s^2 or m/s^2]."""
+    v: Traceable
+    """Desired velocity q_d', shape (n,) [rad/s or m/s]."""
+    a: Traceable
+    """Desired acceleration q_d'', shape (n,) [rad/s^2 or m/s^2]."""
 
 
 class Memoryless(NamedTuple):
-    """The state of a law without one."""
+    """The state of a law that has none."""
 
 
 class MemorylessLaw:
-    """What laws without a memory share."""
+    """Base of the laws that have no state."""
 
-    def init(self, q: Array, v: Array, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """Nothing to remember."""
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """The empty state."""
         return Memoryless()
 
 
 class Controller(Protocol):
-    """A sampled control law. It sees the nominal arm, the measurement and the desired motion."""
+    """A sampled control law. It sees the nominal arm, the measurement and the desired motion.
 
-    def init(self, q: Array, v: Array, desired: Desired) -> Any:
+    A law may also have the class attribute ``quantities: ClassVar[Mapping[str, Quantity]]``, the
+    unit and meaning of every signal except ``u``; a signal that it does not list has no unit in
+    results. All laws of this package list theirs.
+    """
+
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Any:
         """The state before the first step: a NamedTuple of arrays."""
         ...
 
     def step(
-        self, state: Any, q: Array, v: Array, desired: Desired, period: float
+        self, state: Any, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, Any]:
         """One sample: the signals, ``u`` of shape (n,) [N m or N] among them, and the new state.
 
         Args:
-            state: What `init` or the last step returned.
+            state: The state that `init` or the last step returned.
             q: Measured position, shape (n,) [rad or m].
             v: Measured velocity, shape (n,) [rad/s or m/s].
             desired: Desired motion at this sample.
             period: Time to the next sample [s].
         """
         ...
+
+
+def quantities(law: Controller) -> Mapping[str, Quantity]:
+    """Unit and meaning of the signals that a law lists; empty for a law that lists none."""
+    return getattr(law, "quantities", {})

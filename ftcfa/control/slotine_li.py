@@ -1,15 +1,16 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.filters import leaky_step
-from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Signals
+from ftcfa.control.gains import Gains
+from ftcfa.control.protocol import Desired, Quantity, Signals
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
@@ -19,18 +20,18 @@ ADAPTATION_SCALE = 9.81
 
 
 class LinearInParameters(Dynamics, Protocol):
-    """An arm that knows how its torque depends on its inertial parameters, as `Arm` does."""
+    """An arm whose torque is known as a linear function of its inertial parameters, as `Arm`'s."""
 
     @property
-    def inertial_weights(self) -> Array:
+    def inertial_weights(self) -> Traceable:
         """See `Arm.inertial_weights`."""
         ...
 
-    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+    def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
         """See `Arm.coriolis_matrix`."""
         ...
 
-    def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
+    def regressor(self, q: Traceable, v: Traceable, v_r: Traceable, a_r: Traceable) -> Traceable:
         """See `Arm.regressor`."""
         ...
 
@@ -45,8 +46,9 @@ def check_linear(subject: str, nominal: Any) -> None:
 class SlotineLiState(NamedTuple):
     """State of the controller."""
 
-    deviation: Array
-    """Estimated less nominal inertial parameters of the N bodies, shape (10 N,)."""
+    deviation: Traceable
+    """Estimated less nominal inertial parameters of the N bodies, shape (10 N,)
+    [kg, kg m, kg m^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,25 +59,32 @@ class SlotineLi:
         u = M v_r' + C(q, v) v_r + h + f(v_r) + Y(q, v, v_r, v_r') d - a2 M s
         d' = -sigma d - gamma W Y^T s
 
-    M, C and h are those of the nominal arm, Y p = M v_r' + C v_r + h holds for any inertial
-    parameters p, and d is what the estimate of p differs by from the nominal. With
-    V = s^T M_true s/2 + (d - d*)^T W^-1 (d - d*)/(2 gamma) and no leakage,
+    M, C and h are those of the nominal arm, and Y p = M v_r' + C v_r + h holds for any inertial
+    parameters p. d is the estimate of p less the nominal p, and d* is the true p less the nominal
+    p. With V = s^T M_true s/2 + (d - d*)^T W^-1 (d - d*)/(2 gamma) and no leakage,
     V' = -a2 s^T M s. The leakage sigma (Ioannou and Kokotovic 1984, Automatica 20) keeps d bounded
-    under noise and saturation, and draws it back to the nominal; nothing keeps the estimate that of
-    a possible body.
+    under noise and saturation and moves it back to zero. The estimate need not belong to a
+    physically possible body.
 
-    W scales every body's parameters by its own mass and size (`Arm.inertial_weights`), so that
-    gamma means the same on any arm: an unmodelled weight is learnt at about the rate
-    gamma g^2/a2. That rate is a tenth of a1 by default, and the leakage a hundredth.
+    W scales the parameters of each body by its own mass and size (`Arm.inertial_weights`), so that
+    gamma means the same on any arm: the law learns an unmodelled weight at about the rate
+    gamma g^2/a2, g = ADAPTATION_SCALE. By default that rate is a1/10 and the leakage is a1/100.
 
     Attributes:
-        nominal: The arm as the controller believes it to be; it must have a regressor, as an Arm
-            does.
+        nominal: The arm as the controller knows it, with a regressor, as an Arm has.
         position_rate: a1 [1/s].
         velocity_rate: a2 [1/s].
         adaptation_rate: gamma g^2/a2 [1/s].
         leakage: sigma [1/s].
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "z1": Quantity("rad", "tracking error"),
+        "s": Quantity("rad/s", "sliding variable v - v_r"),
+        "deviation": Quantity(
+            "kg, kg m, kg m^2", "estimated less nominal inertial parameters, ten of each body"
+        ),
+    }
 
     nominal: Annotated[Dynamics, Check(check_linear)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
@@ -94,26 +103,26 @@ class SlotineLi:
     def _arm(self) -> LinearInParameters:
         return cast(LinearInParameters, self.nominal)
 
-    def init(self, q: Array, v: Array, desired: Desired) -> SlotineLiState:  # noqa: ARG002
-        """The nominal parameters."""
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SlotineLiState:  # noqa: ARG002
+        """The nominal parameters: d(0) = 0."""
         return SlotineLiState(np.zeros_like(self._arm.inertial_weights))
 
     def step(
-        self, state: SlotineLiState, q: Array, v: Array, desired: Desired, period: float
+        self, state: SlotineLiState, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, SlotineLiState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         arm, d = self._arm, state.deviation
         z1 = q - desired.q
-        wanted = desired.v - self.position_rate * z1
-        acceleration = desired.a - self.position_rate * (v - desired.v)
-        s = v - wanted
-        Y = arm.regressor(q, v, wanted, acceleration)  # (n, 10 N)
+        v_r = desired.v - self.position_rate * z1
+        a_r = desired.a - self.position_rate * (v - desired.v)
+        s = v - v_r
+        Y = arm.regressor(q, v, v_r, a_r)  # (n, 10 N)
         M = arm.mass_matrix(q)
         nominal = (
-            M @ (acceleration - self.velocity_rate * s)
-            + arm.coriolis_matrix(q, v) @ wanted
+            M @ (a_r - self.velocity_rate * s)
+            + arm.coriolis_matrix(q, v) @ v_r
             + arm.potential_force(q)
-            + arm.damping_matrix(wanted) @ wanted
+            + arm.damping_matrix(v_r) @ v_r
         )
         gamma = self.adaptation_rate * self.velocity_rate / ADAPTATION_SCALE**2
         learning = -gamma * arm.inertial_weights * (Y.T @ s)

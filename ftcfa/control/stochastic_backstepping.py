@@ -1,17 +1,14 @@
 """Backstepping for manipulators under random vibration, as in [9] and [10] of the paper."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, ClassVar
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields
-from ftcfa.control.compensation import (
-    Compensation,
-    check_nominal,
-    compensation_force,
-)
-from ftcfa.control.ftcf import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Signals
+from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
+from ftcfa.control.gains import Gains, check_gains
+from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 
 
@@ -27,16 +24,22 @@ class StochasticBackstepping(MemorylessLaw):
 
         L V <= -(a1 - 3/4) |z1|^4 - (a2 - 1/4 - 3/4) |z2|^4 + 3/4 |M^-1 Lambda Sigma|_F^4
 
-    since alpha depends on q alone, which carries no noise of its own: Ito's formula adds nothing
-    to alpha'. a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic
-    FTCF. In (z1, z1') the law is computed torque with the poles -a1 and -a2. [9] and [10] were
-    not at hand: this is what the paper's description of them gives.
+    alpha depends on q alone, which has no noise of its own, so Ito's formula adds nothing to
+    alpha'. a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic
+    FTCF. In (z1, z1') the law is computed torque with the poles -a1 and -a2. We did
+    not have [9] and [10]: the law follows the paper's description of them.
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
-        gains: The paper's; only c1, c2, k1 and k2 play a part.
-        compensation: What is added to u, as in `FTCF`.
+        nominal: The arm as the controller knows it.
+        gains: Gains in the paper's symbols; only c1, c2, k1 and k2 are used.
+        compensation: Known force that is added to u, as in `FTCF`.
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "alpha": Quantity("rad/s", "virtual control"),
+        "z1": Quantity("rad", "tracking error"),
+        "z2": Quantity("rad/s", "velocity error"),
+    }
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
@@ -48,8 +51,8 @@ class StochasticBackstepping(MemorylessLaw):
     def step(
         self,
         state: Memoryless,
-        q: Array,
-        v: Array,
+        q: Traceable,
+        v: Traceable,
         desired: Desired,
         period: float,  # noqa: ARG002
     ) -> tuple[Signals, Memoryless]:

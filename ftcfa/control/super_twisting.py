@@ -1,16 +1,17 @@
 """Super-twisting sliding-mode control, discretised so that it does not chatter."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.control.compensation import check_nominal, compensation_force
 from ftcfa.control.filters import implicit_super_twisting
-from ftcfa.control.ftcf import Gains
-from ftcfa.control.protocol import Desired, Signals
+from ftcfa.control.gains import Gains
+from ftcfa.control.protocol import Desired, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
@@ -18,7 +19,7 @@ from ftcfa.parts import Parameters, number_fields
 class SuperTwistingState(NamedTuple):
     """State of the controller."""
 
-    nu: Array
+    nu: Traceable
     """Integral part of the acceleration, shape (n,) [rad/s^2]."""
 
 
@@ -31,25 +32,32 @@ class SuperTwisting:
         w = -r1 sig(s, 1/2) + nu,   nu' = -r2 sign(s)
 
     On s = 0 the error decays with the rate a1. For a disturbance whose derivative stays below L,
-    r1 = 1.5 sqrt(L) and r2 = 1.1 L (Levant 1998, Automatica 34). White noise has none: the
-    default r1 pulls at s = 1 rad/s like the other laws' velocity rate, and r2 follows.
+    r1 = 1.5 sqrt(L) and r2 = 1.1 L (Levant 1998, Automatica 34). White noise has no such L:
+    the default r1 gives at s = 1 rad/s the same acceleration as the velocity rate a2 of the other
+    laws, and r2 follows from r1.
 
-    The sampled law is implicit in what the integral has not yet cancelled, so that it does not
-    chatter and leaves s within h^2 times the slope of a disturbance: x solves
+    The sampled law is implicit, so that it does not chatter and keeps s within h^2 times the slope
+    of a disturbance d. x, the part of s that the integral nu has not cancelled yet, solves
 
         x + h r1 sig(x, 1/2) + h^2 r2 sign(x) = s
 
     by `ftcfa.control.filters.implicit_super_twisting`, then nu <- nu - h r2 sign(x) and
-    w = (x - s)/h + nu. With it x and nu + d make the implicit Euler steps of the
-    disturbed loop itself. Seeber and Andritsch (2025, Automatica 173, arXiv 2406.16094) prove
-    that h^2 is the best possible; their abstract was at hand, these steps were derived anew.
+    w = (x - s)/h + nu. Then x and nu + d follow the implicit Euler steps of the disturbed loop.
+    Seeber and Andritsch (2025, Automatica 173, arXiv 2406.16094) prove that h^2 is the best
+    possible; we had their abstract alone and derived these steps anew.
 
     Attributes:
-        nominal: The arm as the controller believes it to be.
+        nominal: The arm as the controller knows it.
         position_rate: a1 [1/s].
         r1: Gain of the root term [rad^(1/2)/s^(3/2)].
         r2: Gain of the sign term [rad/s^3].
     """
+
+    quantities: ClassVar[Mapping[str, Quantity]] = {
+        "z1": Quantity("rad", "tracking error"),
+        "s": Quantity("rad/s", "sliding variable"),
+        "nu": Quantity("rad/s^2", "integral part of the acceleration"),
+    }
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
@@ -61,21 +69,21 @@ class SuperTwisting:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def init(self, q: Array, v: Array, desired: Desired) -> SuperTwistingState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SuperTwistingState:  # noqa: ARG002
         """nu(0) = 0."""
         return SuperTwistingState(np.zeros_like(q))
 
     def step(
-        self, state: SuperTwistingState, q: Array, v: Array, desired: Desired, period: float
+        self, state: SuperTwistingState, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, SuperTwistingState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         z1 = q - desired.q
-        wanted = desired.v - self.position_rate * z1
-        acceleration = desired.a - self.position_rate * (v - desired.v)
-        s = v - wanted
+        v_r = desired.v - self.position_rate * z1
+        a_r = desired.a - self.position_rate * (v - desired.v)
+        s = v - v_r
         x, change = implicit_super_twisting(s, np.zeros_like(s), self.r1, self.r2, period)
         nu = state.nu + change
-        a = acceleration + (x - s) / period + nu
-        force = compensation_force(self.nominal, "bias", q, v, wanted)
+        a = a_r + (x - s) / period + nu
+        force = compensation_force(self.nominal, "bias", q, v, v_r)
         u = self.nominal.mass_matrix(q) @ a + force
         return {"u": u, "z1": z1, "s": s, "nu": state.nu}, SuperTwistingState(nu)

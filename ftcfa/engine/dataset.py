@@ -10,28 +10,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.control.protocol import Quantity
 from ftcfa.description.write import LARGE, describe
 from ftcfa.engine.paths import Paths
-from ftcfa.loop.closed_loop import ClosedLoop
-
-UNITS = {
-    "q": ("rad", "position"),
-    "q_d": ("rad", "desired position"),
-    "v": ("rad/s", "velocity"),
-    "u": ("N m", "torque that acts, within the effort limits"),
-    "u_command": ("N m", "torque that the controller asks for"),
-    "alpha": ("rad/s", "virtual control (7)"),
-    "abar": ("rad/s", "filtered virtual control (6)"),
-    "z1": ("rad", "tracking error (5)"),
-    "z2": ("rad/s", "velocity error (5)"),
-    "v1": ("rad", "compensated tracking error (12)"),
-    "v2": ("rad/s", "compensated velocity error (12)"),
-    "s1": ("rad", "error compensation of the position (10)"),
-    "s2": ("rad/s", "error compensation of the velocity (10)"),
-    "rho": ("rad/s", "anti-saturation state (11)"),
-    "theta": ("1", "estimated squared norm of the network's weights (9)"),
-}
-"""Units and meaning of the signals of revolute joints; prismatic joints have m for rad."""
+from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
 
 
 def trajectories(
@@ -70,11 +52,13 @@ def trajectories(
     for name, values in varied.items():
         dataset = dataset.assign_coords({name: (("path", *inner(name, values.shape[1:])), values)})
     q_d = loop.reference.at(time).q
-    dataset["q_d"] = (("time", "joint"), q_d, attributes(loop, *UNITS["q_d"], True))
+    dataset["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
+    quantities = loop.quantities
     for name, values in run.signals.items():
         dims = inner(name, values.shape[2:])
-        told = attributes(loop, *UNITS.get(name, ("", name)), "joint" in dims)
-        dataset[name] = (("path", "time", *dims), values, told)
+        quantity = quantities.get(name, Quantity("", name))
+        labels = attributes(loop, *quantity, "joint" in dims)
+        dataset[name] = (("path", "time", *dims), values, labels)
     squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
     dataset["ote"] = (
         ("path", "time"),

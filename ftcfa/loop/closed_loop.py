@@ -1,6 +1,7 @@
 """The closed loop: one sampled step of controller, saturation, noise and plant."""
 
 import copy
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
@@ -19,7 +20,7 @@ from ftcfa.checks import (
     positive,
     vector,
 )
-from ftcfa.control.protocol import Controller, Desired, Signals
+from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Reference
@@ -35,6 +36,14 @@ STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
 """The process of a loop that nothing shakes."""
 A_LAW = "a control law with init and step, such as FTCF(arm)"
 A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
+LOOP_QUANTITIES: Mapping[str, Quantity] = {
+    "q": Quantity("rad", "position"),
+    "q_d": Quantity("rad", "desired position"),
+    "v": Quantity("rad/s", "velocity"),
+    "u": Quantity("N m", "torque that acts, within the effort limits"),
+    "u_command": Quantity("N m", "torque that the controller commands"),
+}
+"""Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
 DIVERGED = 1e4
 """A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
 
@@ -252,6 +261,11 @@ class ClosedLoop:
             )
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
         return Motion(q, v, shaken)
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Unit and meaning of the signals of `step`; a law's own part need not list its signals."""
+        return {**quantities(self.controller), **LOOP_QUANTITIES}
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
         """Name and shape of every signal that `step` gives, found by one sample of the law."""

@@ -5,7 +5,8 @@ from typing import Literal
 
 import xarray as xr
 
-from ftcfa.control.ftcf import FTCF, Gains
+from ftcfa.control.ftcf import FTCF
+from ftcfa.control.gains import Gains
 from ftcfa.engine.simulate import simulate
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid

@@ -11,14 +11,15 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.control.protocol import Quantity
 from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import provenance
-from ftcfa.engine.dataset import UNITS, attributes
+from ftcfa.engine.dataset import attributes
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
 from ftcfa.errors import ParameterError
-from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution
 from ftcfa.statistics.proportions import proportion
@@ -26,6 +27,7 @@ from ftcfa.statistics.settling import practical_settling_time
 from ftcfa.study.chunk import PER_JOINT, Plan, Tally
 from ftcfa.study.path_metrics import UNITS as METRICS
 
+TRACKING_ERROR = Quantity("rad", "tracking error")
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 BOUNDS = ("estimate", "low", "high")
 """Of every statistic: its value and the ends of its confidence interval."""
@@ -63,7 +65,7 @@ def summarise(
         per_path[name].attrs = attributes(loop, *told, "joint" in per_path[name].dims)
     times = plan.times(loop)
     q_d = loop.reference.at(times).q
-    data["q_d"] = (("time", "joint"), q_d, attributes(loop, *UNITS["q_d"], True))
+    data["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
     dataset = xr.Dataset(
         data,
         coords={
@@ -166,7 +168,7 @@ def _over_time(
     names = zip(("ote", *PER_JOINT), columns, strict=True)
     told = {}
     for name, part in names:
-        unit, meaning = UNITS["z1" if name in ("ote", "error") else name]
+        unit, meaning = LOOP_QUANTITIES.get(name, TRACKING_ERROR)
         meaning = "overall tracking error |q - q_d|" if name == "ote" else meaning
         if "mean_square" in statistic:
             unit = f"({unit})^2" if " " in unit else f"{unit}^2"

@@ -11,7 +11,8 @@ proved for them.
 
 import numpy as np
 
-from ftcfa.control.ftcf import FTCF, Gains
+from ftcfa.control.ftcf import FTCF
+from ftcfa.control.gains import Gains
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Constant
 from ftcfa.model.urdf.load import load_arm

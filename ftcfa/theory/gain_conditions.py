@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftcfa.control.filters import CommandFilter, ExplicitFilter, ImplicitFilter
-from ftcfa.control.ftcf import Gains
+from ftcfa.control.gains import Gains
 
 ROUNDING = 1e-12
 """Relative tolerance of a condition; the paper's k2 = 1/3 meets its condition with equality."""

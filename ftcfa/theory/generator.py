@@ -11,6 +11,7 @@ the state of a filter, has noise of its own, so that none reaches v2 through the
 says otherwise.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple, cast
 
@@ -21,7 +22,7 @@ import xarray as xr
 
 from ftcfa.arrays import Array, solve_spd
 from ftcfa.control.ftcf import FTCF, FTCFState, commanded_acceleration
-from ftcfa.control.protocol import Desired, Signals
+from ftcfa.control.protocol import Desired, Quantity, Signals
 from ftcfa.engine.compiler.flatten import leaves, like
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.twin import twin
@@ -45,6 +46,12 @@ class FilterStateRecorder:
     """
 
     law: FTCF
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Unit and meaning of the signals."""
+        psi = Quantity("rad/s, rad/s^2", "state of the command filter (6)")
+        return {**self.law.quantities, "psi": psi}
 
     def init(self, q: Array, v: Array, desired: Desired) -> FTCFState:
         """Initial state of the law: see `ftcfa.control.protocol.Controller`."""

@@ -17,10 +17,10 @@ from ftcfa import (
     simulate,
 )
 from ftcfa.control.filters import FILTERS
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, quantities
 from ftcfa.engine.compiler.agreement import check_pure
 from ftcfa.engine.compiler.flatten import leaves
-from ftcfa.loop.closed_loop import LoopState, Motion
+from ftcfa.loop.closed_loop import LOOP_QUANTITIES, LoopState, Motion
 
 pytestmark = pytest.mark.filterwarnings("error")  # no silent fall back to interpreting
 
@@ -99,6 +99,16 @@ def test_both_engines_run_it_alike_within_the_limits(loop):
             np.testing.assert_allclose(a, b, rtol=0, atol=AGREEMENT * scale, err_msg=name)
     assert np.all(np.abs(ours.u) <= loop.arm.effort_limit)
     assert np.any(ours.u != 0)
+
+
+def test_every_signal_has_a_unit_and_a_meaning(loop):
+    signals, _ = loop.control(loop.init(first(loop)), first(loop))
+    assert set(quantities(loop.controller)) == set(signals) - set(LOOP_QUANTITIES)
+    assert all(unit and meaning for unit, meaning in loop.quantities.values())
+    run = simulate(loop, DURATION, signals="all", engine="interpreted")
+    assert all(run[name].units and run[name].long_name for name in signals)
+    if "prismatic" in loop.arm.joint_types:
+        assert run.z1.units == "rad (prismatic joints: m)"
 
 
 def test_its_state_keeps_its_shape_and_hides_nothing(loop):
