@@ -30,6 +30,7 @@ from .model.urdf.load import load_arm
 from .parts import number_fields
 from .study.comparison import compare
 from .study.ensemble import ensemble
+from .study.progress import Interrupted
 from .study.realised_spectrum import (
     RealisedStandard,
     SpectrumEstimate,
@@ -95,6 +96,7 @@ __all__ = [
     "ImplicitFilter",
     "InertiaBounds",
     "InertiaSplit",
+    "Interrupted",
     "JointTorque",
     "LinearFilter",
     "MinimumJerk",

@@ -36,7 +36,8 @@ from ftcfa import (
 )
 from ftcfa.arrays import Array
 from ftcfa.report.terminal import plain_table, print_fitted
-from ftcfa.study.chunk import Plan, simulate_chunk
+from ftcfa.study.chunk import simulate_chunk
+from ftcfa.study.plan import Plan
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
 UNCERTAINTY = Uncertainty(mass=0.2, centre=0.01, shape=0.1)

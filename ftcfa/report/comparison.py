@@ -8,7 +8,7 @@ import xarray as xr
 from ftcfa.report.comparison_figure import comparison_figure
 from ftcfa.report.figures import rendered
 from ftcfa.report.records import finite, interval, summary_file
-from ftcfa.study.comparison import METRICS
+from ftcfa.study.metrics.compared import COMPARED
 
 
 def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
@@ -18,21 +18,21 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
         dataset: Result of `ftcfa.compare`.
     """
     rows = []
-    for name in dataset["loop"].values:
-        one = dataset.sel(loop=name)
+    for loop in dataset["loop"].values:
+        one = dataset.sel(loop=loop)
         metrics = {
-            metric: {
-                "unit": unit,
-                "mean": interval(one["mean"].sel(metric=metric).values),
-                "quantiles": [finite(x) for x in one["quantiles"].sel(metric=metric).values],
-                "difference": interval(one["difference"].sel(metric=metric).values),
-                "significant": bool(one["significant"].sel(metric=metric)),
+            name: {
+                "unit": metric.unit,
+                "mean": interval(one["mean"].sel(metric=name).values),
+                "quantiles": [finite(x) for x in one["quantiles"].sel(metric=name).values],
+                "difference": interval(one["difference"].sel(metric=name).values),
+                "significant": bool(one["significant"].sel(metric=name)),
             }
-            for metric, (unit, _) in METRICS.items()
+            for name, metric in COMPARED.items()
         }
         rows.append(
             {
-                "loop": str(name),
+                "loop": str(loop),
                 "differs in": str(one["differs"].values),
                 "settled": int(one["settled"]),
                 "diverged": int(one["diverged"]),

@@ -14,10 +14,13 @@ from ftcfa.report.figures import BLUE, INK, LIGHT, STYLE, WIDTH
 
 LINE, HEAD = 0.24, 1.2
 """Height of a loop's row, and of what surrounds the panels [in]."""
-SHOWN = ("settling_time", "rms_error", "effort", "torque_rate")
-"""Metrics of the figure."""
-TITLES = ("settling time [s]", "late rms error [rad]", "rms torque / limit", "torque rate [1/s]")
-"""Titles of the panels."""
+PANELS = {
+    "settling_time": "settling time [s]",
+    "late_rms_error": "late rms error [rad]",
+    "effort": "rms torque / limit",
+    "torque_rate": "torque rate [1/s]",
+}
+"""Metrics of the figure, and the titles of their panels."""
 LOGARITHMIC = 20
 """Ratio of largest to smallest value above which an axis is logarithmic."""
 
@@ -35,10 +38,10 @@ def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
     figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05, hspace=0.06))
     panels = figure.subplots(2, 2, sharey=True).ravel()
     figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
-    for ax, metric, label in zip(panels, SHOWN, TITLES, strict=True):
+    for ax, (metric, label) in zip(panels, PANELS.items(), strict=True):
         _draw(ax, dataset["quantiles"].sel(metric=metric).values, names)
-        never = f", {dataset.attrs['duration']:g} if not settled" if metric == SHOWN[0] else ""
-        ax.set_title(label + never)
+        duration = f", {dataset.attrs['duration']:g} if not settled"
+        ax.set_title(label + (duration if metric == "settling_time" else ""))
     diverged = dataset["diverged"].values
     if diverged.any():
         counts = ", ".join(f"{n}: {k}" for n, k in zip(names, diverged, strict=True) if k)

@@ -6,20 +6,10 @@ from typing import Any
 from rich.console import Console
 
 from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.study.metrics.compared import COMPARED
 
-HEADERS = {
-    "settling_time": "settle\ns",
-    "rms_error": "rms\nrad",
-    "peak_error": "peak\nrad",
-    "effort": "effort\n%",
-    "torque_rate": "rate\n1/s",
-    "saturated": "satur.\n%",
-    "unsettled": "unsettled\n%",
-    "diverged": "diverged\n%",
-}
-"""Columns of the table; the other metrics are in the record."""
-PERCENT = ("effort", "saturated", "unsettled", "diverged")
-"""Metrics that are shown in percent."""
+COLUMNS = [name for name, metric in COMPARED.items() if metric.column]
+"""Metrics of the table; the other metrics are in the record."""
 
 
 def print_comparison(record: Mapping[str, Any], console: Console) -> None:
@@ -31,10 +21,11 @@ def print_comparison(record: Mapping[str, Any], console: Console) -> None:
     """
     table = plain_table()
     table.add_column("loop", overflow="fold")
-    for header in HEADERS.values():
+    for name in COLUMNS:
+        header = f"{COMPARED[name].column}\n{_unit(name)}"
         table.add_column(header, justify="right", no_wrap=True)
     for row in record["loops"]:
-        table.add_row(row["loop"], *(_cell(row["metrics"][name], name) for name in HEADERS))
+        table.add_row(row["loop"], *(_cell(row["metrics"][name], name) for name in COLUMNS))
     print_fitted(table, console)
     for sentence in sentences(record):
         console.print(sentence, markup=False, highlight=False)
@@ -64,8 +55,8 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
 
 def _differences(metrics: Mapping[str, Any]) -> str:
     """The significant differences of a loop from the first."""
-    changes = {name: metrics[name]["difference"] for name in HEADERS}
-    significant = [name for name in HEADERS if metrics[name]["significant"]]
+    changes = {name: metrics[name]["difference"] for name in COLUMNS}
+    significant = [name for name in COLUMNS if metrics[name]["significant"]]
     lower = [name for name in significant if changes[name]["estimate"] < 0]
     higher = [name for name in significant if changes[name]["estimate"] > 0]
     words = [
@@ -80,12 +71,21 @@ def _differences(metrics: Mapping[str, Any]) -> str:
 
 def _difference(name: str, metric: Mapping[str, Any]) -> str:
     """A metric with the interval of its difference from the first loop."""
-    scale, unit = (100.0, "%") if name in PERCENT else (1.0, metric["unit"])
-    low, high = sorted(abs(scale * metric["difference"][end]) for end in ("low", "high"))
-    return f"{name.replace('_', ' ')} by {low:.3g} to {high:.3g} {unit}"
+    low, high = sorted(abs(_scale(name) * metric["difference"][end]) for end in ("low", "high"))
+    return f"{name.replace('_', ' ')} by {low:.3g} to {high:.3g} {_unit(name)}"
 
 
 def _cell(metric: Mapping[str, Any], name: str) -> str:
     mean = metric["mean"]["estimate"]
     star = "*" if metric["significant"] else ""
-    return "-" if mean is None else f"{mean * (100 if name in PERCENT else 1):.3g}{star}"
+    return "-" if mean is None else f"{mean * _scale(name):.3g}{star}"
+
+
+def _scale(name: str) -> float:
+    """Factor from the unit of a metric to that of the table."""
+    return 100.0 if COMPARED[name].percent else 1.0
+
+
+def _unit(name: str) -> str:
+    """Unit of a metric in the table."""
+    return "%" if COMPARED[name].percent else COMPARED[name].unit

@@ -8,11 +8,11 @@ import xarray as xr
 
 from ftcfa.arrays import Array
 from ftcfa.report.ensemble_figure import ensemble_figure
-from ftcfa.report.ensemble_table import METRICS
 from ftcfa.report.figures import rendered
 from ftcfa.report.records import finite, interval, summary_file, versions
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.quantiles import sample_quantile
+from ftcfa.study.metrics.table import METRICS
 from ftcfa.study.summary import settled_in_mean_square, settling
 
 LEVELS = {"median": 0.5, "95 %": 0.95}
@@ -44,7 +44,9 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "settling_time": _settling(dataset),
         "mean_square_error": _mean_square(dataset),
         "practical_settling": _practical(dataset),
-        "metrics": [row for name in METRICS for row in _rows(dataset, name)],
+        "metrics": [
+            row for name in METRICS if name != "settling_time" for row in _rows(dataset, name)
+        ],
         "versions": {
             **versions("numpy", "scipy", "xarray"),
             "ftcfa": attributes["ftcfa_version"],
@@ -89,7 +91,7 @@ def _mean_square(dataset: xr.Dataset) -> dict[str, Any]:
         **interval(last["ote_mean_square"].values),
     }
     if dataset.attrs["diverged"]:
-        record["survivors"] = interval(last["ote_mean_square_survivors"].values)
+        record["not_diverged"] = interval(last["ote_mean_square_not_diverged"].values)
     return record
 
 

@@ -72,7 +72,7 @@ def _draw_mean_square(ax: Axes, dataset: xr.Dataset) -> None:
     time, epsilon = dataset["time"].values, float(dataset.attrs["tolerance"]) ** 2
     shown = [("ote_mean_square", BLUE, "all paths")]
     if dataset.attrs["diverged"]:
-        shown.insert(0, ("ote_mean_square_survivors", ORANGE, "survivors only"))
+        shown.insert(0, ("ote_mean_square_not_diverged", ORANGE, "not diverged"))
     bottom = FLOOR * _smallest(dataset[shown[0][0]].values[0], epsilon)
     for name, color, label in shown:
         value, low, high = _above_zero(dataset[name].values)

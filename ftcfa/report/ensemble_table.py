@@ -9,21 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ftcfa.report.terminal import number, plain_table, print_facts, print_fitted
+from ftcfa.study.metrics.table import METRICS
 
-METRICS = {
-    "rms_error": "rms error, settled",
-    "peak_error": "peak error, settled",
-    "late_rms_error": "rms error, late",
-    "late_peak_error": "peak error, late",
-    "overshoot": "overshoot",
-    "saturated": "saturated share",
-    "rms_torque": "rms torque",
-    "peak_torque": "peak torque",
-    "rms_torque_rate": "rms torque rate",
-    "peak_torque_rate": "peak torque rate",
-    "energy": "energy",
-}
-"""Metrics of each path, and what the table calls them."""
 LEVELS = ("median", "95 %")
 """Quantiles over paths that the table shows."""
 
@@ -57,8 +44,8 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_settling(record),
         ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s"),
     ]
-    if "survivors" in square:
-        facts.append(("not diverged", f"{_estimate(square['survivors'])} {square['unit']}"))
+    if "not_diverged" in square:
+        facts.append(("not diverged", f"{_estimate(square['not_diverged'])} {square['unit']}"))
     return [*facts, ("Definition 1", _definition_1(record))]
 
 
@@ -123,7 +110,7 @@ def _metrics_table(record: Mapping[str, Any]) -> Table:
         below = f"{row.get('joint', '')} [{row['unit']}]".strip()
         cells = [f"{number(row[x]['estimate'])}\n{_interval(row[x])}" for x in LEVELS]
         largest = f"{number(row.get('largest'))}\n{row.get('path', '-')}"
-        table.add_row(Text(f"{METRICS[row['metric']]}\n{below}"), *cells, largest)
+        table.add_row(Text(f"{METRICS[row['metric']].label}\n{below}"), *cells, largest)
     return table
 
 

@@ -1,15 +1,15 @@
-"""What every statistic hands over: a value and the interval that covers the truth."""
+"""An estimate: the value of a statistic with its confidence interval."""
 
 from typing import NamedTuple
 
 from ftcfa.arrays import Array
 
 CONFIDENCE = 0.95
-"""Probability with which an interval covers the truth, unless asked otherwise."""
+"""Default probability with which an interval covers the truth."""
 
 
 class Estimate(NamedTuple):
-    """A statistic and its confidence interval; arrays of one shape."""
+    """A statistic and the ends of its confidence interval, arrays of one shape."""
 
     value: Array
     low: Array

@@ -13,18 +13,19 @@ from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 ROUNDING = 1e-9
-"""Of products of shares."""
+"""Rounding of products of shares."""
 
 
 @dataclass(frozen=True, eq=False)
 class SettlingDistribution:
-    """Share of paths that have settled, over time.
+    """Distribution of the settling time: the share of paths that have settled, over time.
 
     Attributes:
-        time: Times at which a path settled or was last seen, rising, shape (k,) [s].
-        share: Probability of having settled by then and its band at each single time, shape (k,).
+        time: Rising times at which a path settled or was last observed, shape (k,) [s].
+        share: Probability of having settled by each time, with a confidence band that holds at each
+            single time, shape (k,).
         settled: Number of paths that settled.
-        censored: Number of paths that had not when their run ended.
+        censored: Number of paths that had not settled when their run ended.
         diverged: Number of paths that diverged.
     """
 
@@ -46,9 +47,9 @@ class SettlingDistribution:
         """
         probability("quantile of the settling time", p)
         value, low, high = self.share
-        return Estimate(self._reach(value, p), self._reach(high, p), self._reach(low, p))
+        return Estimate(*(self._first_time(share, p) for share in (value, high, low)))
 
-    def _reach(self, share: Array, p: float) -> Array:
+    def _first_time(self, share: Array, p: float) -> Array:
         reached = np.flatnonzero(share >= p - ROUNDING)
         return self.time[reached[0]] if reached.size else np.array(np.inf)
 
@@ -61,38 +62,39 @@ def settling_distribution(
 ) -> SettlingDistribution:
     """Kaplan-Meier estimate of the distribution of settling times.
 
-    A path that had not settled at the end of its run might have later: it is censored there. A
-    path that diverged never settles: it stays among those that have not, to the last, so the
-    share need not reach one. The band is Greenwood's on the scale log(-log(1 - share)), which
+    A path that has not settled at the end of its run might settle later: it is censored there. A
+    path that diverged never settles: it counts as not settled to the end, so the share need not
+    reach one. The band is Greenwood's on the scale log(-log(1 - share)), which
     keeps it within 0 and 1 (Kalbfleisch and Prentice, The Statistical Analysis of Failure Time
-    Data, 2nd ed. 2002); before the first and after the last path has settled, where that has no
-    value, it is continued.
+    Data, 2nd ed. 2002). That band has no value before the first path has settled and after the
+    last one; it is continued to there.
 
     Args:
         settled_at: Settling time of each path, NaN where it did not settle, shape (paths,) [s].
-        end: When each run ended, shape (paths,) or a scalar [s].
+        end: End of each run, shape (paths,) or a scalar [s].
         diverged: Whether each path diverged, shape (paths,) or a scalar.
-        confidence: Of the band.
+        confidence: Confidence of the band.
 
     Raises:
         ParameterError: If the confidence is not between 0 and 1, an end is not finite, or a path
             settled after the end of its run.
-        ShapeError: If there are no paths, or numbers of paths differ.
+        ShapeError: If there are no paths, or the numbers of paths differ.
     """
     probability("confidence of the settling times", confidence)
     times = np.asarray(settled_at, dtype=float)
     if times.ndim != 1 or times.size == 0:
         raise ShapeError("settled_at", f"shape {times.shape}", "shape (paths,), one or more")
-    ends, dead = _per_path("end", end, times), _per_path("diverged", diverged, times).astype(bool)
+    ends = _per_path("end", end, times)
+    has_diverged = _per_path("diverged", diverged, times).astype(bool)
     if not np.all(np.isfinite(ends)):
         raise ParameterError("end", repr(end), "finite times [s]")
-    settled = np.isfinite(times) & ~dead
+    settled = np.isfinite(times) & ~has_diverged
     late = np.flatnonzero(settled & (times > ends))
     if late.size:
         got = f"path {late[0]} at {times[late[0]]:g} s, its run ended at {ends[late[0]]:g} s"
         raise ParameterError("settled_at", got, "times within the run")
-    seen = np.where(settled, times, np.where(dead, np.max(ends), ends))
-    cdf = stats.ecdf(stats.CensoredData.right_censored(seen, ~settled)).cdf
+    last = np.where(settled, times, np.where(has_diverged, np.max(ends), ends))
+    cdf = stats.ecdf(stats.CensoredData.right_censored(last, ~settled)).cdf
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # undefined where the share is 0 or 1
         band = cdf.confidence_interval(confidence, method="log-log")
@@ -103,8 +105,8 @@ def settling_distribution(
         cdf.quantiles,
         Estimate(cdf.probabilities, low, high),
         settled=int(np.sum(settled)),
-        censored=int(np.sum(~settled & ~dead)),
-        diverged=int(np.sum(dead)),
+        censored=int(np.sum(~settled & ~has_diverged)),
+        diverged=int(np.sum(has_diverged)),
     )
 
 

@@ -14,8 +14,8 @@ from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 Counts = npt.NDArray[np.integer]
 
 SYMMETRIC = 1e-8
-"""Skewness over root n below which a sample is taken as symmetric: the correction is then lost in
-rounding."""
+"""Skewness over root n below which a sample counts as symmetric: the correction is then smaller
+than rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +24,12 @@ class Moments:
 
         M_k = sum_i (x_i - average)^k
 
-    A path that diverged has no finite value: it is counted as missing. Where one is missing,
-    every statistic is NaN; `survivors` leaves the missing out, and its name says so.
+    A path that diverged has no finite value: it is counted as missing. Where a path is missing,
+    every statistic is NaN; `without_missing` gives the statistics of the other paths.
 
     Attributes:
-        count: Paths with a finite value, shape (...).
-        missing: Paths without one, shape (...).
+        count: Number of paths with a finite value, shape (...).
+        missing: Number of paths without a finite value, shape (...).
         average: Mean of the finite values, 0 where there are none, shape (...).
         M2: Second central power sum, shape (...).
         M3: Third central power sum, shape (...).
@@ -45,10 +45,10 @@ class Moments:
     def of(cls, values: npt.ArrayLike) -> "Moments":
         """Moments of a chunk of paths.
 
-        For the mean square of x feed x^2: its interval needs the skewness of x^2.
+        For the mean square of x, give x^2: its interval needs the skewness of x^2.
 
         Args:
-            values: Shape (paths, ...); what is not finite is missing.
+            values: Values, shape (paths, ...); one that is not finite is missing.
 
         Raises:
             ShapeError: If there is no axis of paths.
@@ -56,11 +56,11 @@ class Moments:
         x = np.asarray(values, dtype=float)
         if x.ndim == 0:
             raise ShapeError("Moments values", "a single number", "shape (paths, ...)")
-        alive = np.isfinite(x)
-        whole = bool(alive.all())  # then sums go without a mask, in two thirds of the time
-        count = np.full(x.shape[1:], len(x)) if whole else np.sum(alive, axis=0)
-        average = np.sum(x, axis=0, where=whole or alive) / np.maximum(count, 1)
-        d = x - average if whole else np.where(alive, x - average, 0.0)
+        finite = np.isfinite(x)
+        whole = bool(finite.all())  # sums without a mask take two thirds of the time
+        count = np.full(x.shape[1:], len(x)) if whole else np.sum(finite, axis=0)
+        average = np.sum(x, axis=0, where=whole or finite) / np.maximum(count, 1)
+        d = x - average if whole else np.where(finite, x - average, 0.0)
         d2 = d * d
         return cls(count, len(x) - count, average, np.sum(d2, axis=0), np.sum(d2 * d, axis=0))
 
@@ -90,13 +90,13 @@ class Moments:
         M3 = self.M3 + other.M3 + d**3 * a * b * (a - b) * n + 3 * d * (a * other.M2 - b * self.M2)
         return Moments(count, self.missing + other.missing, average, M2, M3)
 
-    def survivors(self) -> "Moments":
-        """The same without the paths that have no value."""
+    def without_missing(self) -> "Moments":
+        """Moments of the paths that have a finite value."""
         return replace(self, missing=np.zeros_like(self.missing))
 
     @property
     def mean(self) -> Array:
-        """NaN where a path is missing, shape (...)."""
+        """Mean, NaN where a path is missing, shape (...)."""
         return np.where((self.missing == 0) & (self.count > 0), self.average, np.nan)
 
     @property
@@ -106,16 +106,15 @@ class Moments:
 
     @property
     def variance(self) -> Array:
-        """Without bias, divisor n - 1; NaN for fewer than two paths, shape (...)."""
+        """Unbiased variance, divisor n - 1; NaN for fewer than two paths, shape (...)."""
         known = (self.missing == 0) & (self.count > 1)
         return np.where(known, self.M2 / np.maximum(self.count - 1, 1), np.nan)
 
     def student(self, confidence: float = CONFIDENCE) -> Estimate:
         """Mean with Student's interval, average -+ t s/sqrt(n).
 
-        Exact where the values are Gaussian. It covers too rarely where they are skewed and paths
-        are few: 89 % instead of 95 for the mean square of 20 Gaussian values, see
-        `skewness_corrected`.
+        Exact for Gaussian values. Of few skewed values it covers too rarely: in 89 % of the cases
+        instead of 95 for the mean square of 20 Gaussian values; see `skewness_corrected`.
 
         Raises:
             ParameterError: If the confidence is not between 0 and 1.
@@ -128,11 +127,12 @@ class Moments:
 
             average - s/sqrt(n) g(+-t),   g(t) = (3/a) [(1 + a (t - a/6))^(1/3) - 1],
 
-        a = skewness/sqrt(n): the monotone cubic transform that takes the skewness out of Student's
+        a = skewness/sqrt(n): the monotone cubic transform that removes the skewness of Student's
         ratio (Hall, On the removal of skewness by transformation, J. R. Stat. Soc. B 54, 1992).
-        Assumes independent paths and a finite third moment. For squares of Gaussian values, 95 %
-        asked, it covers in 94.1 % (20 paths), 94.5 % (50) and 94.8 % (200) of the cases; for the
-        heavier squares of a Laplace variable in 92, 93 and 94 %. The lower end of a mean square
+        Assumes independent paths and a finite third moment. With a confidence of
+        95 %, it covers the mean of squares of Gaussian values in 94.1 % (20 paths), 94.5 % (50)
+        and 94.8 % (200) of the cases, that of the more skewed squares of a Laplace variable in
+        92, 93 and 94 %. The lower end of a mean square
         can be below zero when paths are few.
 
         Raises:
@@ -163,12 +163,12 @@ def paired_differences(first: npt.ArrayLike, second: npt.ArrayLike) -> Moments:
     """Moments of first - second, path by path: two loops under the same noise.
 
     Path i of both has the same random numbers, so that most of the noise cancels;
-    ``.student()`` is the paired confidence interval of the mean difference. A pair of which one
-    path diverged is missing.
+    ``.student()`` is the paired confidence interval of the mean difference. A pair with a path
+    that diverged is missing.
 
     Args:
-        first: Shape (paths, ...).
-        second: Same shape.
+        first: Values of the first loop, shape (paths, ...).
+        second: Values of the second loop, same shape.
 
     Raises:
         ShapeError: If the shapes differ.
@@ -176,12 +176,12 @@ def paired_differences(first: npt.ArrayLike, second: npt.ArrayLike) -> Moments:
     a, b = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if a.shape != b.shape:
         raise ShapeError("paired_differences", f"shapes {a.shape} and {b.shape}", "equal shapes")
-    with np.errstate(invalid="ignore"):  # of two infinite values
+    with np.errstate(invalid="ignore"):  # infinity - infinity
         return Moments.of(a - b)
 
 
 def _unskewed(t: Array, a: Array) -> Array:
-    """Hall's g(t), and its limit t where a vanishes."""
+    """Hall's g(t), which tends to t as a vanishes."""
     symmetric = np.abs(a) < SYMMETRIC
     safe = np.where(symmetric, 1.0, a)
     return np.where(symmetric, t, (np.cbrt(1 + safe * (t - safe / 6)) - 1) * 3 / safe)

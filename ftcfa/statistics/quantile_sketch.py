@@ -1,11 +1,11 @@
-"""Quantiles over any number of paths in fixed memory: a histogram of whole numbers.
+"""Quantiles over any number of paths in fixed memory: a histogram with bins of relative width.
 
 Bins have equal relative width, as in DDSketch (Masson, Rim, Lee: DDSketch: a fast and
 fully-mergeable quantile sketch with relative-error guarantees, VLDB 2019): an octave is cut into
-128 equal parts, so that a value and the number read for it differ by less than one part in 256.
-A bin is the leading 16 bits of the single-precision number (sign, exponent, seven bits of
-mantissa): no logarithm, so the same bin everywhere, and counts that do not depend on how paths are
-cut into chunks.
+128 equal parts, so that a value differs from the number that stands for its bin by less than one
+part in 256. A bin is the leading 16 bits of the single-precision number (sign, exponent, seven
+bits of mantissa). No logarithm is rounded, so every machine takes the same bin, and counts do not
+depend on how paths are cut into chunks.
 """
 
 from dataclasses import dataclass
@@ -19,19 +19,19 @@ from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 from ftcfa.statistics.quantiles import Ranks, quantile_ranks
 
 OCTAVE = 30
-"""Magnitudes from 2^-30 (9e-10) to 2^30 (1e9) have bins."""
+"""Binary exponent of the largest magnitude with a bin: from 2^-30 (9e-10) to 2^30 (1e9)."""
 PARTS = 128
-"""Bins an octave: those of seven bits of mantissa."""
+"""Number of bins in an octave: seven bits of mantissa."""
 RELATIVE_ACCURACY = 1 / 256
-"""Of a quantile, 0.4 % of its value; absolute below 2^-30."""
+"""Accuracy of a quantile, relative to its value; below 2^-30 it is absolute."""
 SIZED = 2 * OCTAVE * PARTS
-"""Bins of each sign."""
+"""Number of bins of each sign."""
 BINS = 2 * SIZED + 4
-"""Below -2^30, negative, about zero, positive, above 2^30, missing."""
+"""Number of bins: below -2^30, negative, about zero, positive, above 2^30, missing."""
 ZERO, ABOVE, MISSING = SIZED + 1, BINS - 2, BINS - 1
 
 SINGLE_BIAS, SINGLE_INFINITY, CODES = 127, 0x7F80, 1 << 16
-"""Of the leading 16 bits of a single-precision number: bias of the exponent, code of infinity."""
+"""Exponent bias, code of infinity and number of codes of the leading 16 bits of a float32."""
 
 
 def _bin_of_code() -> npt.NDArray[np.intp]:
@@ -54,7 +54,7 @@ def _edges() -> tuple[Array, Array]:
 
 
 def _middles() -> Array:
-    """The number read for each bin: equally far, relatively, from both edges."""
+    """Number that stands for each bin: at the same relative distance from both edges."""
     low, high = LOW[1:ABOVE], HIGH[1:ABOVE]
     inner = 2 * low * high / np.where(low + high == 0, 1.0, low + high)
     inner[ZERO - 1] = 0.0
@@ -70,44 +70,42 @@ MIDDLE = _middles()
 class QuantileSketch:
     """Quantiles of a quantity over paths, entry by entry.
 
-    A path without a finite value (it diverged) is counted as larger than every other, so it is
-    never averaged away: the upper quantiles become infinite when enough diverge. `survivors`
-    leaves such paths out. Quantities with a sign are better given by their size: a path that
-    diverged has none.
+    A path without a finite value (it diverged) counts as larger than every other: the upper
+    quantiles become infinite when enough paths diverge.
 
     Attributes:
-        counts: Paths in each bin, shape (..., BINS), int32; 60 KiB an entry.
+        counts: Number of paths in each bin, shape (..., BINS), int32; 60 KiB an entry.
     """
 
     counts: npt.NDArray[np.int32]
 
     @classmethod
     def empty(cls, shape: tuple[int, ...]) -> "QuantileSketch":
-        """A sketch of no paths for entries of a shape."""
+        """A sketch of no paths.
+
+        Args:
+            shape: Shape of the entries, such as (time, quantity).
+        """
         return cls(np.zeros((*shape, BINS), dtype=np.int32))
 
     @classmethod
     def of(cls, values: npt.ArrayLike) -> "QuantileSketch":
-        """A sketch of a chunk of paths, shape (paths, ...)."""
+        """A sketch of values of shape (paths, ...)."""
         sketch = cls.empty(np.shape(values)[1:])
         sketch.add(values)
         return sketch
 
     @property
     def paths(self) -> npt.NDArray[np.int64]:
-        """Number of paths, with the missing, shape (...)."""
+        """Number of paths, the missing included, shape (...)."""
         return np.sum(self.counts, axis=-1, dtype=np.int64)
 
-    @property
-    def missing(self) -> npt.NDArray[np.int32]:
-        """Paths without a finite value, shape (...)."""
-        return self.counts[..., MISSING]
-
     def add(self, values: npt.ArrayLike) -> None:
-        """Count a chunk of paths, in place.
+        """Count more paths, in place.
 
         Args:
-            values: Shape (paths, ...); what is not finite in single precision is missing.
+            values: Values, shape (paths, ...); one that is not finite in single precision is
+                missing.
 
         Raises:
             ShapeError: If the entries are not those of the sketch.
@@ -122,36 +120,19 @@ class QuantileSketch:
         bins += (np.arange(self.counts.size // BINS) * BINS).reshape(shape)
         np.add.at(self.counts.reshape(-1), bins.reshape(-1), np.int32(1))
 
-    def merge(self, other: "QuantileSketch") -> "QuantileSketch":
-        """The sketch of both sets of paths.
-
-        Raises:
-            ShapeError: If the entries are not the same.
-        """
-        if self.counts.shape != other.counts.shape:
-            got, expected = other.counts.shape[:-1], self.counts.shape[:-1]
-            raise ShapeError("QuantileSketch", f"shape {got}", f"{expected}")
-        return QuantileSketch(self.counts + other.counts)
-
-    def survivors(self) -> "QuantileSketch":
-        """The same without the paths that have no value."""
-        counts = self.counts.copy()
-        counts[..., MISSING] = 0
-        return QuantileSketch(counts)
-
     def quantile(self, p: npt.ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
         """Quantiles with distribution-free intervals at each entry.
 
-        The interval is read outwards, from the outer edges of its bins, so that its coverage is
-        that of exact ranks; it is of one entry, not of all at once.
+        An interval ends at the outer edges of its bins, so that it covers at least as often as one
+        of exact ranks. It holds for one entry, not for all at once.
 
         Args:
             p: Probabilities, shape (k,) or a scalar.
-            confidence: Of each interval.
+            confidence: Confidence of each interval.
 
         Returns:
-            Quantile (to `RELATIVE_ACCURACY`; NaN without paths), lower and upper end, shape
-            (k, ...) or (...).
+            Quantile (accurate to `RELATIVE_ACCURACY`; NaN without paths), lower and upper end,
+            shape (k, ...) or (...).
 
         Raises:
             ParameterError: If a probability is not between 0 and 1.
@@ -161,11 +142,11 @@ class QuantileSketch:
         columns = levels.reshape(levels.shape + (1,) * len(entries))
         middle, low, high = quantile_ranks(columns, self.paths, confidence)
         bins = self._bins(np.stack([middle, low, high]).reshape(3, levels.size, -1))
-        readings = zip((MIDDLE, LOW, HIGH), bins, strict=True)
-        return Estimate(*(table[b].reshape(levels.shape + entries) for table, b in readings))
+        numbers = zip((MIDDLE, LOW, HIGH), bins, strict=True)
+        return Estimate(*(table[b].reshape(levels.shape + entries) for table, b in numbers))
 
     def _bins(self, ranks: Ranks) -> Ranks:
-        """Bin that holds each rank, or BINS, of ranks (..., entries)."""
+        """Bin that holds each rank, BINS beyond the last, shape (..., entries) as the ranks."""
         bins = np.empty_like(ranks)
         for entry, counts in enumerate(self.counts.reshape(-1, BINS)):
             filled = np.cumsum(counts, dtype=np.int64)

@@ -1,14 +1,14 @@
 """Quantiles of a sample and their distribution-free intervals, by ranks.
 
-Of n independent values, the number that are not above the p-quantile is binomial (n, p), whatever
-the distribution. So the order statistics x_(l) and x_(u) with
+Among n independent values, the number of those not above the p-quantile is binomial (n, p),
+whatever the distribution. So the order statistics x_(l) and x_(u) with
 
     P(B < l) <= alpha/2,   P(B >= u) <= alpha/2,   B ~ Bin(n, p)
 
 hold the quantile between them with probability 1 - alpha at least (David and Nagaraja, Order
-Statistics, 3rd ed. 2003, section 7.1). Because ranks are whole numbers, few paths give more than
-asked: 95 % intervals cover the median in 95.9 % of the cases for n = 20 and 96.0 % for n = 200,
-the 5 % quantile in 98.4 and 96.7 %.
+Statistics, 3rd ed. 2003, section 7.1). Because ranks are whole numbers, the intervals of few
+paths cover more often than required: 95 % intervals cover the median in 95.9 % of the cases for
+n = 20 and 96.0 % for n = 200, the 5 % quantile in 98.4 and 96.7 %.
 """
 
 import numpy as np
@@ -24,16 +24,16 @@ Ranks = npt.NDArray[np.int64]
 
 
 def quantile_ranks(p: Array, n: npt.ArrayLike, confidence: float) -> tuple[Ranks, Ranks, Ranks]:
-    """Ranks, from 1, of a quantile among n values, and of its confidence interval.
+    """Ranks, from 1, of a quantile among n values and of the ends of its confidence interval.
 
     Args:
-        p: Probabilities, of a shape that broadcasts with n.
+        p: Probabilities, a shape that broadcasts with n.
         n: Numbers of values.
-        confidence: Of the interval.
+        confidence: Confidence of the interval.
 
     Returns:
-        Rank ceil(n p) of the quantile, lower rank (0 where even the smallest value is not surely
-        below the quantile) and upper rank (n + 1 where even the largest is not surely above).
+        Rank ceil(n p) of the quantile; lower rank, 0 where the smallest value is not below the
+        quantile with this confidence; upper rank, n + 1 where the largest is not above it.
 
     Raises:
         ParameterError: If a probability is not between 0 and 1.
@@ -51,16 +51,17 @@ def quantile_ranks(p: Array, n: npt.ArrayLike, confidence: float) -> tuple[Ranks
 def sample_quantile(
     values: npt.ArrayLike, p: npt.ArrayLike, confidence: float = CONFIDENCE
 ) -> Estimate:
-    """Quantiles of one number a path, with distribution-free intervals.
+    """Quantiles over paths with distribution-free intervals.
 
     Args:
-        values: Shape (paths,); +inf is a value like others (never settled, diverged).
+        values: One number for each path, shape (paths,); +inf is a value like others (never
+            settled, diverged).
         p: Probabilities, shape (...).
-        confidence: Of each interval.
+        confidence: Confidence of each interval.
 
     Returns:
-        Quantile inf{x: F(x) >= p}, lower and upper end, shape (...). An end that the paths are
-        too few for is infinite.
+        Quantile inf{x: F(x) >= p}, lower and upper end, shape (...). An end is infinite where
+        there are too few paths for it.
 
     Raises:
         ParameterError: If a probability is not between 0 and 1, or a value is NaN.
@@ -74,7 +75,7 @@ def sample_quantile(
             "values of a quantile",
             f"{np.sum(np.isnan(x))} NaN",
             "numbers",
-            "give +inf for what never happened, or leave it out knowingly",
+            "give +inf for what never happened, or leave the path out",
         )
     ordered = np.concatenate([[-np.inf], np.sort(x), [np.inf]])
     ranks = quantile_ranks(np.asarray(p, dtype=float), len(x), confidence)

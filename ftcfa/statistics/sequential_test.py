@@ -1,16 +1,19 @@
-"""A sequential test of a share: it may be looked at after every path and stops when it knows.
+"""A sequential test of a share: it may stop after any path, as soon as the evidence suffices.
 
-Against "the share is at most p0" stands the evidence
+The evidence against "the share is at most p0" is
 
     E = integral over p > p0 of p^S (1-p)^F dw(p) / (p0^S (1-p0)^F),
 
-the likelihood ratio of S successes and F failures, mixed over the shares above p0 with Jeffreys'
-weight w. If the share is p0 or less, E is a nonnegative supermartingale that starts at one, so it
-ever reaches 1/beta with probability beta at most (Ville's inequality), however often one looks and
-whenever one stops (Wald, Sequential tests of statistical hypotheses, Ann. Math. Stat. 16, 1945,
-weight functions; Robbins, Statistical methods related to the law of the iterated logarithm, Ann.
-Math. Stat. 41, 1970). The other side is the same with failures for successes. No schedule of looks
-and no budget enters, so an undecided test can be continued.
+the likelihood ratio of S successes and F failures, averaged over the shares above p0 with
+Jeffreys' weight w. If the share is p0 or less, E is a nonnegative supermartingale that starts at
+one, so the probability that it ever reaches 1/beta is at most beta (Ville's inequality), however
+often one looks and whenever one stops (Wald, Sequential tests of statistical hypotheses, Ann.
+Math. Stat. 16, 1945, weight functions; Robbins, Statistical methods related to the law of the
+iterated logarithm, Ann. Math. Stat. 41, 1970).
+
+The evidence against "the share is at least p0" is the same with failures and
+successes exchanged. It does not depend on a schedule of looks or a budget, so an undecided test
+can be continued.
 """
 
 from dataclasses import dataclass
@@ -26,13 +29,13 @@ from ftcfa.checks import counting, probability
 from ftcfa.errors import ParameterError, ShapeError
 
 LARGEST_BETA = 1 / 3
-"""Up to 1/e the shares that the evidence refutes are an interval, so that the bounds are exact."""
+"""Largest beta allowed; up to 1/e the refuted shares form an interval, so the bounds are exact."""
 LEAST, MOST = np.finfo(float).tiny, np.nextafter(1.0, 0.0)
-"""The open interval (0, 1) in floating point."""
+"""Smallest and largest number of the open interval (0, 1)."""
 ROUNDING = 1e-6
-"""Of a logarithm of evidence."""
+"""Rounding of a logarithm of evidence."""
 BLOCK = 1000
-"""Looks whose evidence is computed at once."""
+"""Number of looks whose evidence is computed at once."""
 
 Counts = npt.NDArray[np.integer]
 
@@ -43,10 +46,10 @@ class Verdict:
 
     Attributes:
         answer: ``"yes"``, ``"no"`` or, so far, ``"undecided"``.
-        successes: Paths that did, up to the decision.
-        trials: Paths looked at up to the decision.
-        low: Lower bound of the share; true at all looks together with confidence 1 - beta.
-        high: Upper bound of the share, likewise.
+        successes: Number of successes up to the decision.
+        trials: Number of paths up to the decision.
+        low: Lower bound of the share; it holds at all looks together with confidence 1 - beta.
+        high: Upper bound of the share; it holds likewise.
         finished: Whether no further path of the budget can change the answer.
     """
 
@@ -60,16 +63,16 @@ class Verdict:
 
 @dataclass(frozen=True)
 class SequentialTest:
-    """Whether at least a share of all paths does something.
+    """Test of whether at least a share of all paths succeeds.
 
-    It says yes wrongly, though the share is ``share`` or less, with probability beta at most; and
-    no wrongly, though it is ``share`` or more, with probability beta at most. If no path ever
-    fails it says yes after 74 paths for a share of 0.95 and beta = 0.05, where the fixed test
-    needs 59; a share of 0.99 takes 136 paths in the mean, one of 0.975 takes 450.
+    If the true share is at most ``share``, it says yes with probability beta at most; if it is at
+    least ``share``, it says no with probability beta at most. For a share of 0.95 and beta = 0.05,
+    it says yes after 74 paths if none fails (the test of a fixed number of paths needs 59), and
+    after 136 paths in the mean if the true share is 0.99, 450 if it is 0.975.
 
     Attributes:
-        share: p0, the share asked for.
-        beta: Probability of error.
+        share: Required share p0.
+        beta: Largest probability of each error.
         budget: Largest number of paths.
 
     Raises:
@@ -91,20 +94,22 @@ class SequentialTest:
     def judge(self, outcomes: npt.ArrayLike) -> Verdict:
         """The verdict at the first path that decides, or after all.
 
-        What comes after the decision does not count, so the verdict does not depend on how many
-        paths were run at once.
+        Paths after the decision do not count, so the verdict does not depend on how many paths
+        were run at once.
 
         Args:
-            outcomes: Whether each path did it, in the order of the paths, shape (paths,).
+            outcomes: Whether each path succeeded, in the order of the paths, shape (paths,).
 
         Raises:
             ShapeError: If there is more than one axis.
         """
-        done = np.asarray(outcomes, dtype=bool)
-        if done.ndim != 1:
-            raise ShapeError("SequentialTest outcomes", f"shape {done.shape}", "shape (paths,)")
-        done = done[: self.budget]
-        S = np.concatenate([[0], np.cumsum(done)])
+        succeeded = np.asarray(outcomes, dtype=bool)
+        if succeeded.ndim != 1:
+            raise ShapeError(
+                "SequentialTest outcomes", f"shape {succeeded.shape}", "shape (paths,)"
+            )
+        succeeded = succeeded[: self.budget]
+        S = np.concatenate([[0], np.cumsum(succeeded)])
         F = np.arange(len(S)) - S
         k = self._first_decision(S, F)
         answer: Literal["yes", "no", "undecided"] = (
@@ -121,7 +126,7 @@ class SequentialTest:
     def _first_decision(self, S: Counts, F: Counts) -> int:
         """Number of paths at the first decision, or of all.
 
-        A mean of likelihood ratios is not above the largest: most looks are settled by that.
+        The mean of likelihood ratios is at most the largest one, which rules most looks out.
         """
         observed = S / np.maximum(S + F, 1)
         largest = special.xlogy(S, observed / self.share)
@@ -140,7 +145,7 @@ class SequentialTest:
         return log_evidence(F, S, 1 - self.share) >= -np.log(self.beta)
 
     def _open(self, S: int, trials: int) -> bool:
-        """Whether the rest of the budget can decide: at best all succeed, or all fail."""
+        """Whether the rest of the budget can decide, if all of it succeeds or all of it fails."""
         rest, F = self.budget - trials, trials - S
         return bool(self._says_yes(S + rest, F) or self._says_no(S, F + rest))
 
@@ -148,21 +153,21 @@ class SequentialTest:
 def log_evidence(S: npt.ArrayLike, F: npt.ArrayLike, p0: npt.ArrayLike) -> Array:
     """Logarithm of the evidence of S successes and F failures against a share of p0 or less.
 
-    In closed form, with w the part of Beta(1/2, 1/2) above p0:
+    The closed form, with w the part of Beta(1/2, 1/2) above p0, is
 
         E = B(S+1/2, F+1/2) I(S+1/2, F+1/2) / (B(1/2, 1/2) I(1/2, 1/2) p0^S (1-p0)^F),
 
-    I(a, b) the probability of Beta(a, b) above p0.
+    where I(a, b) is the probability of Beta(a, b) above p0.
     """
     a, b = np.asarray(S) + 0.5, np.asarray(F) + 0.5
-    with np.errstate(divide="ignore"):  # no evidence at all
+    with np.errstate(divide="ignore"):  # evidence of zero
         above = np.log(special.betaincc(a, b, p0)) - np.log(special.betaincc(0.5, 0.5, p0))
     likelihood = special.xlogy(S, p0) + special.xlog1py(F, -np.asarray(p0))
     return special.betaln(a, b) - special.betaln(0.5, 0.5) + above - likelihood
 
 
 def share_bounds(successes: int, trials: int, beta: float) -> tuple[float, float]:
-    """Bounds of a share that hold at all looks, each with confidence 1 - beta.
+    """Bounds of a share, each of which holds at all looks together with confidence 1 - beta.
 
     The lower bound is the largest share that the evidence refutes, or 0.
     """

@@ -1,4 +1,4 @@
-"""Practical finite-time stability in mean square (Definition 1), as far as paths can show it."""
+"""Settling in mean square: practical finite-time stability (Definition 1) estimated from paths."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,20 +11,20 @@ from ftcfa.errors import ParameterError, ShapeError
 def practical_settling_time(
     time: npt.ArrayLike, mean_square_bound: npt.ArrayLike, epsilon: float
 ) -> float:
-    """Earliest recorded time from which the bound stays below epsilon, to the end [s].
+    """Earliest recorded time from which the bound stays below epsilon to the end [s].
 
         E|z1(t)|^2 < epsilon   for all recorded t >= T
 
-    Only the recorded times are looked at, and nothing is said of what follows the last. With the
+    Only recorded times count; the result says nothing about the time after the last one. With the
     upper ends of two-sided intervals of confidence c, T has confidence (1 + c)/2 for all recorded
-    times together: it is wrong only if the bound is below epsilon, too, at the latest recorded time
-    with E|z1|^2 >= epsilon, which is one fixed time.
+    times together: it is wrong only if the bound is below epsilon at the latest recorded time with
+    E|z1|^2 >= epsilon, and that is one fixed time.
 
     Args:
-        time: Rising, shape (k,) [s].
-        mean_square_bound: Upper confidence bound of E|z1|^2, NaN where there is none (a path
-            diverged), which counts as not below, shape (k,) [rad^2].
-        epsilon: [rad^2].
+        time: Rising times, shape (k,) [s].
+        mean_square_bound: Upper confidence bound of E|z1|^2, shape (k,) [rad^2]; NaN where there
+            is none (a path diverged), which counts as not below epsilon.
+        epsilon: Bound of the mean square [rad^2].
 
     Returns:
         T, or NaN if the bound is not below epsilon at the end.
@@ -45,12 +45,12 @@ def practical_settling_time(
 
 
 def below_for_good(time: Array, values: Array, bound: float) -> float:
-    """Earliest time from which values stay below a bound, to the end; NaN if they do not.
+    """Earliest time from which values stay below a bound to the end; NaN if they do not.
 
     Args:
-        time: Shape (k,).
-        values: Shape (k,); NaN counts as not below.
-        bound: What they stay below.
+        time: Times, shape (k,).
+        values: Values, shape (k,); NaN counts as not below.
+        bound: The bound.
     """
     outside = np.flatnonzero(~(values < bound))
     first = int(outside[-1]) + 1 if outside.size else 0

@@ -15,51 +15,52 @@ from ftcfa.description.read import rebuild
 from ftcfa.description.write import describe, document, self_contained
 from ftcfa.errors import FtcfaError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.study.chunk import Plan, run_chunk
+from ftcfa.study.chunk import run_chunk
+from ftcfa.study.plan import Plan
 
 AHEAD = 3
-"""Chunks that a thread of the cluster has waiting."""
+"""Number of chunks that wait or run for each thread of the cluster."""
 
 
 def run_on_cluster(
     client: Any, loop: ClosedLoop, plan: Plan, chunks: Iterable[int], paths: int
 ) -> Iterator[tuple[int, xr.Dataset]]:
-    """Have chunks run by the workers of a cluster; they come as they are done.
+    """Have the workers of a cluster run chunks; yields number and Dataset of each as it is done.
 
-    The loop travels as its description, URDF text and all. A chunk whose worker dies is run by
-    another; workers may come and go.
+    The loop travels as its description, which holds the text of its URDF. A chunk whose worker is
+    lost is run by another one; workers may come and go.
 
     Args:
         client: A `dask.distributed.Client`.
         loop: The closed loop, made of parts of this package.
-        plan: How it is run.
+        plan: How the paths are run.
         chunks: Numbers of the chunks to run.
         paths: Number of paths of the ensemble.
 
     Raises:
-        ParameterError: If the loop holds a part of a user's own, which cannot be described.
-        FtcfaError: If a worker has another ftcfa or none, or the cluster breaks down.
+        ParameterError: If the loop has a user's own part, which cannot be described.
+        FtcfaError: If a worker has another version of ftcfa or none, or the cluster breaks down.
     """
     from distributed import as_completed
 
-    text = json.dumps(self_contained(document(loop)))
-    told = json.dumps(describe(plan))
+    loop_text = json.dumps(self_contained(document(loop)))
+    plan_text = json.dumps(describe(plan))
     _check_workers(client)
     queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed(loop=client.loop)
 
     def submit() -> None:
         threads = max(1, sum(client.ncores().values()))
         for number in islice(queue, max(0, AHEAD * threads - len(numbers))):
-            future = client.submit(_run_there, text, told, number, paths, pure=False)
+            future = client.submit(_run_on_worker, loop_text, plan_text, number, paths, pure=False)
             numbers[future] = number
             pending.add(future)
 
     try:
-        with _unbroken():
+        with _cluster_errors():
             submit()
         for future in pending:
             number = numbers.pop(future)
-            with _unbroken():
+            with _cluster_errors():
                 part = future.result()
                 submit()
             yield number, part
@@ -69,9 +70,11 @@ def run_on_cluster(
 
 
 def _check_workers(client: Any) -> None:
-    """Refuse workers on which a loop would be another one."""
+    """Raise FtcfaError unless every worker has the same version of ftcfa."""
 
-    def installed() -> str | None:  # inside, so that it travels whole to where no ftcfa is
+    def installed() -> (
+        str | None
+    ):  # nested, so that it is pickled by value: a worker may lack ftcfa
         from importlib.metadata import PackageNotFoundError, version
 
         try:
@@ -80,19 +83,19 @@ def _check_workers(client: Any) -> None:
             return None
 
     own = version("ftcfa")
-    for worker, found in client.run(installed).items():
-        if found != own:
+    for worker, other in client.run(installed).items():
+        if other != own:
             raise FtcfaError(
                 f"worker {worker}",
-                "no ftcfa" if found is None else f"ftcfa {found}",
+                "no ftcfa" if other is None else f"ftcfa {other}",
                 f"ftcfa {own} as here",
                 "install the same version for every worker",
             )
 
 
 @contextmanager
-def _unbroken() -> Iterator[None]:
-    """One sentence for a cluster that breaks down."""
+def _cluster_errors() -> Iterator[None]:
+    """Turn the errors of a cluster that breaks down into an FtcfaError."""
     from distributed import CancelledError, KilledWorker
     from distributed.comm import CommClosedError
 
@@ -103,24 +106,25 @@ def _unbroken() -> Iterator[None]:
             "cluster",
             f"broke down ({type(error).__name__})",
             "",
-            "mend it and run again; with a store the run goes on where it was",
+            "repair it and run again; with a store the run goes on where it was",
         ) from error
 
 
-def _run_there(text: str, told: str, number: int, paths: int) -> xr.Dataset:
-    """A chunk, on one thread of the worker."""
-    keywords = json.loads(told)
+def _run_on_worker(loop_text: str, plan_text: str, number: int, paths: int) -> xr.Dataset:
+    """Run a chunk on one thread of a worker."""
+    keywords = json.loads(plan_text)
     keywords.pop("type")
     plan = Plan(**keywords)
-    return run_chunk(_watched(text, plan), plan, plan.paths_of(number, paths), 1)
+    loop = _loop_of_thread(loop_text, plan)
+    return run_chunk(loop, plan, plan.paths_of(number, paths), 1)
 
 
-_here = threading.local()
+_thread = threading.local()
 
 
-def _watched(text: str, plan: Plan) -> ClosedLoop:
-    """The loop of this thread: an Arm is no thing to share."""
-    if getattr(_here, "told", None) != (text, plan):
-        _here.loop = plan.watched(rebuild(ClosedLoop, json.loads(text), "loop", Path()))
-        _here.told = text, plan
-    return _here.loop
+def _loop_of_thread(text: str, plan: Plan) -> ClosedLoop:
+    """The observed loop of this thread, kept for its next chunk; threads cannot share an Arm."""
+    if getattr(_thread, "key", None) != (text, plan):
+        _thread.loop = plan.observed(rebuild(ClosedLoop, json.loads(text), "loop", Path()))
+        _thread.key = text, plan
+    return _thread.loop

@@ -1,4 +1,4 @@
-"""`ensemble`: statistics over any number of paths, in chunks, that survive an interruption."""
+"""`ensemble`: statistics over any number of paths, run in chunks and resumed from a store."""
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,22 +19,17 @@ from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.statistics.estimate import CONFIDENCE
 from ftcfa.statistics.quantile_sketch import BINS
-from ftcfa.study.chunk import (
-    Plan,
-    Tally,
-    count_chunk,
-    quantities,
-    run_chunk,
-    simulate_chunk,
-)
+from ftcfa.study.chunk import count_chunk, quantities, run_chunk, simulate_chunk
 from ftcfa.study.cluster import run_on_cluster
+from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.plan import Plan
+from ftcfa.study.progress import Interrupted, Progress
 from ftcfa.study.store import Store
 from ftcfa.study.summary import QUANTILES, summarise
+from ftcfa.study.tally import Tally
 
 SAME = 1e-6
-"""Of the metrics of a path that another processor computes again."""
-Progress = Callable[[int, int], None]
-"""Called with the paths done and the paths asked for."""
+"""Relative tolerance of metrics that another processor computes again."""
 
 
 def ensemble(
@@ -55,41 +50,42 @@ def ensemble(
     store: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Simulate many paths and say what they amount to, with confidence intervals.
+    """Simulate many paths: statistics over time and metrics of each path, with intervals.
 
-    Path i of a seed is that of `simulate`, so any of them can be run again (`replay`). Ctrl-C
-    ends the run early: the Dataset is then of the chunks that were done, as many paths as its
-    dimension ``path`` says, and with a ``store`` the same call goes on from there.
+    Path i of a seed is that of `simulate`, so any path can be run again (`replay`).
 
     Args:
         loop: The closed loop.
-        paths: How many; numbers 0, 1, ...
+        paths: Number of paths; they are numbered 0, 1, ...
         duration: Simulated time [s].
         seed: Seed of the experiment.
-        record_every: Statistics over time are kept at every so many samples; 0 takes about 200
+        record_every: Number of samples from one recorded time to the next; 0 records about 200
             times.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         after: Time from which errors count as late [s]; half of the duration by default.
         quantiles: Probabilities of the quantiles over time.
-        confidence: Of every interval.
-        trajectories: Numbers of paths that are kept whole.
-        threads: Threads; all that this process may use by default.
-        chunk: Paths a chunk. Results are the same to rounding for any; bit for bit for one.
-        client: A `dask.distributed.Client`: chunks go to its cluster, instead of threads here.
-            The loop travels as its description; a chunk whose worker dies is run by another.
-        store: A folder for the chunks, so that an interrupted run goes on where it was, with more
-            paths too. One process writes to it at a time. A damaged chunk is run again, with a
-            warning.
-        progress: Called with the paths done and the paths asked for.
+        confidence: Confidence of every interval.
+        trajectories: Numbers of the paths whose whole trajectories are kept.
+        threads: Number of threads; by default all that this process may use.
+        chunk: Number of paths that are computed, stored and sent at once. Results of different
+            chunks are equal to rounding, those of equal chunks bit for bit.
+        client: A `dask.distributed.Client`, whose cluster runs the chunks instead of threads of
+            this process. The loop travels as its description; a chunk whose worker is lost is run
+            by another one.
+        store: A folder for the chunks. The same call, or one with more paths, goes on from what it
+            holds. One process writes to it at a time. A damaged chunk is run again, with a warning.
+        progress: Called with the number of paths that are done and the number of all.
 
     Returns:
         A Dataset; see `ftcfa.study.summary.summarise`.
 
     Raises:
         ParameterError, ShapeError, UnknownNameError: If an argument is out of range, or the store
-            is of another experiment.
+            holds another experiment.
         FtcfaError: If the store cannot be written or another process writes to it, the cluster
-            breaks down, or its workers have another ftcfa.
+            breaks down, or its workers have another version of ftcfa.
+        Interrupted: At Ctrl-C between chunks. Its ``partial`` is the Dataset of the chunks that are
+            done, or None if no chunk is.
     """
     counting("paths", paths)
     samples_of(loop, duration)
@@ -107,7 +103,7 @@ def ensemble(
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
-    tally = Tally(times, loop.arm.n)
+    tally, interrupted = Tally(times, loop.arm.n), False
     with nullcontext() if store is None else Store(store, _identity(loop, plan)) as place:
         try:
             with _Bookkeeper(tally, place) as books:
@@ -115,26 +111,34 @@ def ensemble(
                     if progress is not None:
                         progress(tally.paths, paths)
         except KeyboardInterrupt:
-            if not len(tally):
-                raise
+            interrupted = True
+        if interrupted and not tally.paths:
+            raise Interrupted("ensemble")
         dataset = summarise(loop, plan, tally, quantiles, confidence)
         if len(whole):
             kept = simulate_paths(loop, whole.tolist(), duration, seed=seed, threads=threads)
             dataset = dataset.assign(_trajectories(kept))
         if place is not None:
             place.write_result(dataset)
+    if interrupted:
+        raise Interrupted("ensemble", dataset)
     return dataset
 
 
 def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
-    """What the numbers of an ensemble depend on."""
-    return {"loop": provenance(loop), "plan": describe(plan), "ftcfa_version": version("ftcfa")}
+    """What the stored numbers of an ensemble depend on."""
+    return {
+        "loop": provenance(loop),
+        "plan": describe(plan),
+        "metrics": list(METRICS),
+        "ftcfa_version": version("ftcfa"),
+    }
 
 
 class _Bookkeeper:
-    """Counts, stores and adds up a chunk in a thread of its own while the next one runs.
+    """A thread that counts, stores and adds up a chunk while the next one runs.
 
-    Ctrl-C reaches the main thread only, so no chunk is ever half added.
+    Ctrl-C reaches the main thread only, so a chunk is added whole or not at all.
     """
 
     def __init__(self, tally: Tally, store: Store | None) -> None:
@@ -150,12 +154,18 @@ class _Bookkeeper:
         self._pool.shutdown()
 
     def take(self, number: int, count: Callable[[], xr.Dataset], keep: bool) -> None:
-        """Take over a chunk, once the one before is done."""
+        """Take over a chunk, once the one before is done.
+
+        Args:
+            number: Number of the chunk.
+            count: Function that returns its Dataset.
+            keep: Whether to store it.
+        """
         self.settle()
         self._pending = self._pool.submit(self._enter, number, count, keep)
 
     def settle(self) -> None:
-        """Wait for the chunk that is being counted; raise what went wrong with it."""
+        """Wait for the chunk that is being counted; raise its error, if any."""
         if self._pending is not None:
             self._pending.result()
 
@@ -175,20 +185,20 @@ def _run(
     client: Any,
     store: Store | None,
 ) -> Iterator[None]:
-    """All chunks: those in the store, then the others; yields when one has been taken over."""
-    watched, missing, checked = plan.watched(loop), {}, False
+    """Have all chunks counted, first those in the store; yields whenever one is taken over."""
+    observed, missing, checked = plan.observed(loop), {}, False
     for number in plan.chunks(paths):
-        wanted = plan.paths_of(number, paths)
+        size = len(plan.paths_of(number, paths))
         part = None if store is None else store.read(number)
-        there = 0 if part is None else part.sizes["path"]
-        if store is not None and part is not None and there == len(wanted):
+        stored = 0 if part is None else part.sizes["path"]
+        if store is not None and part is not None and stored == size:
             if not checked:
-                _check_same(watched, plan, part, store)
+                _check_same(observed, plan, part, store)
                 checked = True
             books.take(number, partial(_given, part), keep=False)
             yield
         else:
-            missing[number] = len(wanted) > there
+            missing[number] = size > stored
     if client is not None:
         for number, part in run_on_cluster(client, loop, plan, missing, paths):
             books.take(number, partial(_given, part), missing[number])
@@ -196,8 +206,8 @@ def _run(
     else:
         for number, keep in missing.items():
             numbers = plan.paths_of(number, paths)
-            run = simulate_chunk(watched, plan, numbers, threads)
-            books.take(number, partial(count_chunk, watched, plan, numbers, run), keep)
+            run = simulate_chunk(observed, plan, numbers, threads)
+            books.take(number, partial(count_chunk, observed, plan, numbers, run), keep)
             yield
     books.settle()
     yield
@@ -207,22 +217,22 @@ def _given(part: xr.Dataset) -> xr.Dataset:
     return part
 
 
-def _check_same(watched: ClosedLoop, plan: Plan, part: xr.Dataset, store: Store) -> None:
-    """Run the first path of a chunk in the store again: parts of a user's own tell little.
+def _check_same(observed: ClosedLoop, plan: Plan, part: xr.Dataset, store: Store) -> None:
+    """Run the first path of a stored chunk again: a user's own part has no full description.
 
     Raises:
-        ParameterError: If it comes out differently.
+        ParameterError: If its metrics differ.
     """
     first = int(part["path"][0])
-    again = run_chunk(watched, plan, range(first, first + 1), 1)
+    again = run_chunk(observed, plan, range(first, first + 1), 1)
     for name, rows in again.data_vars.items():
         if "path" in rows.dims:
-            found = part[name].values[:1]
-            if not np.allclose(found, rows.values, rtol=SAME, atol=0.0, equal_nan=True):
-                raise store.of_another(f"path {first} comes out with another {name}")
+            stored = part[name].values[:1]
+            if not np.allclose(stored, rows.values, rtol=SAME, atol=0.0, equal_nan=True):
+                raise store.other_experiment(f"path {first} comes out with another {name}")
 
 
 def _trajectories(kept: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Whole paths, with dimensions of their own: trajectory and moment."""
+    """Whole trajectories, over dimensions of their own: trajectory and moment."""
     renamed = kept.rename({"path": "trajectory", "time": "moment"})
     return {f"trajectory_{name}": renamed[name] for name in ("q", "v", "u", "ote")}

@@ -1,13 +1,13 @@
-"""Chunks of an ensemble on disk: written whole or not at all, found again after any interruption.
+"""Chunks of an ensemble on disk, each written whole or not at all.
 
-    STORE/.zattrs              what was run: attributes ``identity`` and ``ftcfa_version``
-    STORE/chunks/000007/       a chunk's Dataset
-    STORE/result/              the summary, once there is one
+    STORE/.zattrs              attributes ``identity``, the experiment, and ``ftcfa_version``
+    STORE/chunks/000007/       Dataset of a chunk
+    STORE/result/              summary of the ensemble, once it was computed
 
-The folder is a hierarchy of zarr groups, each readable by xarray alone, such as
-``xarray.open_zarr(STORE, group="result")``. A group is written under another name beside its
-place and then renamed, so that nothing half-written ever bears its name. One process writes at a
-time: it holds a lock that the system takes from it when it ends, however it ends.
+The folder is a hierarchy of zarr groups. xarray reads each of them, for example with
+``xarray.open_zarr(STORE, group="result")``. A group is written under a temporary name beside its
+place and then renamed, so a group with its own name is always whole. One process writes at a time:
+it holds a lock that the operating system releases whenever the process ends.
 """
 
 import fcntl
@@ -36,27 +36,27 @@ UNFINISHED = ".part"
 HEX = 32 * "[0-9a-f]"
 CHECKSUM = "checksum"
 ZARR_FORMAT: Final = 2
-"""Version 3 has no stable type for texts of joints' names."""
+"""Version of the format; version 3 has no stable type for texts, such as joint names."""
 
 
 class Store:
-    """A folder of chunks, for one process to write to; as a context it is given free at the end.
+    """A folder of chunks that one process writes to; leaving its context releases the lock.
 
     Args:
-        path: The folder; made if it is not there or empty.
-        identity: What the chunks are of, as plain data.
+        path: The folder; it is made if it does not exist.
+        identity: Plain data that identifies the experiment.
 
     Raises:
-        ParameterError: If the folder is of something else.
+        ParameterError: If the folder holds something else or another experiment.
         FtcfaError: If it cannot be written, or another process writes to it.
     """
 
     def __init__(self, path: str | os.PathLike[str], identity: Mapping[str, Any]) -> None:
         self.path = Path(path)
-        told = json.dumps(identity, sort_keys=True)
+        text = json.dumps(identity, sort_keys=True)
         if not self.path.exists() or _is_empty(self.path):
-            self._make(told)
-        self._check(told)
+            self._make(text)
+        self._check(text)
         self._lock = self._locked()
         self._tidy()
 
@@ -66,38 +66,39 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._lock.close()
 
-    def _make(self, told: str) -> None:
-        """Have the folder made, unless another process is faster."""
+    def _make(self, identity: str) -> None:
+        """Make the folder, unless another process has made it meanwhile."""
         with self._writing(), _unfinished(self.path) as place:
             try:
-                _root(place, told)
+                _root(place, identity)
                 place.rename(self.path)
             except OSError:
                 if not (self.path / GROUP).exists():
                     raise
 
-    def _check(self, told: str) -> None:
+    def _check(self, identity: str) -> None:
+        """Raise ParameterError unless the folder is the store of an experiment."""
         try:
-            found = zarr.open_group(self.path, mode="r").attrs.get("identity")
+            stored = zarr.open_group(self.path, mode="r").attrs.get("identity")
         except (OSError, ValueError, zarr.errors.GroupNotFoundError) as error:
             raise ParameterError(
                 str(self.path), "no store of an ensemble", "a new folder, or one that ensemble made"
             ) from error
-        if found != told:
-            differ = differences(json.loads(str(found)), json.loads(told)) if found else "all"
-            raise self.of_another(f"they differ in {differ}")
+        if stored != identity:
+            differ = differences(json.loads(str(stored)), json.loads(identity)) if stored else "all"
+            raise self.other_experiment(f"they differ in {differ}")
 
-    def of_another(self, reason: str) -> ParameterError:
-        """The error of a store that is of another experiment."""
+    def other_experiment(self, reason: str) -> ParameterError:
+        """The error to raise where the store holds another experiment."""
         return ParameterError(
             str(self.path),
             f"a store of another experiment ({reason})",
-            "the one that was begun",
+            "the store of this experiment",
             "choose another folder, or run the same experiment",
         )
 
     def _locked(self) -> BinaryIO:
-        """The right to write, held until the file is closed."""
+        """The lock of the store, held until the file is closed."""
         with self._writing():
             file = (self.path / GROUP).open("r+b")
             try:
@@ -108,20 +109,21 @@ class Store:
                     str(self.path),
                     "another process is writing to it",
                     "",
-                    "wait until it has ended, or choose another folder",
+                    "wait until that process has ended, or choose another folder",
                 ) from error
         return file
 
     def _tidy(self) -> None:
-        """Remove what other processes left unfinished: none of them writes while this one does."""
+        """Remove the unfinished folders of other processes: this one holds the lock."""
         beside = self.path.parent.glob(f"{escape(self.path.name)}.{HEX}{UNFINISHED}")
         for place in (*beside, *self.path.rglob(f"*{UNFINISHED}")):
             shutil.rmtree(place, ignore_errors=True)
 
     def read(self, chunk: int) -> xr.Dataset | None:
-        """A chunk, or None if it is not there; of a damaged one a warning tells.
+        """The Dataset of a chunk, or None if there is none.
 
-        Damaged is what cannot be read or has another checksum than what was written.
+        A chunk that cannot be read or has the wrong checksum is damaged: it gives a warning and
+        None.
         """
         place = self._place(chunk)
         if not place.exists():
@@ -129,7 +131,7 @@ class Store:
         try:
             with xr.open_zarr(place, consolidated=False, chunks=None) as dataset:
                 dataset.load()
-        except Exception:  # what a damaged file raises, no library says
+        except Exception:  # a damaged file may raise anything
             dataset = xr.Dataset()
         if dataset.attrs.pop(CHECKSUM, None) == _checksum(dataset):
             return dataset
@@ -137,15 +139,15 @@ class Store:
         return None
 
     def write(self, chunk: int, dataset: xr.Dataset) -> None:
-        """Write a chunk, in place of the one that may be there.
+        """Write a chunk; one of the same number is replaced.
 
         Raises:
-            FtcfaError: If it cannot be written; what is there stays.
+            FtcfaError: If it cannot be written; the store stays as it is.
         """
         self._put(self._place(chunk), dataset.assign_attrs({CHECKSUM: _checksum(dataset)}))
 
     def write_result(self, dataset: xr.Dataset) -> None:
-        """Write the summary, in place of the one that may be there.
+        """Write the summary; an older one is replaced.
 
         Raises:
             FtcfaError: If it cannot be written.
@@ -162,7 +164,7 @@ class Store:
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """One sentence for whatever keeps us from writing."""
+        """Turn an OSError of writing into an FtcfaError."""
         try:
             yield
         except OSError as error:
@@ -171,7 +173,7 @@ class Store:
                 str(self.path),
                 f"cannot be written ({reason})",
                 "",
-                "what is there is whole: mend that and run again to go on",
+                "the stored chunks are whole: remove the cause and run again to go on",
             ) from error
 
 
@@ -179,15 +181,15 @@ def _is_empty(folder: Path) -> bool:
     return folder.is_dir() and next(folder.iterdir(), None) is None
 
 
-def _root(place: Path, told: str) -> None:
-    attributes = {"identity": told, "ftcfa_version": version("ftcfa")}
+def _root(place: Path, identity: str) -> None:
+    attributes = {"identity": identity, "ftcfa_version": version("ftcfa")}
     group = zarr.create_group(place, zarr_format=ZARR_FORMAT, attributes=attributes)
     group.create_group(CHUNKS)
 
 
 @contextmanager
 def _unfinished(place: Path) -> Iterator[Path]:
-    """A folder beside a place; if it still has that name at the end, it is removed."""
+    """A temporary folder beside a place, removed at the end unless it was renamed."""
     unfinished = place.with_name(f"{place.name}.{uuid4().hex}{UNFINISHED}")
     try:
         unfinished.parent.mkdir(parents=True, exist_ok=True)
@@ -197,7 +199,7 @@ def _unfinished(place: Path) -> Iterator[Path]:
 
 
 def _rename(new: Path, place: Path) -> None:
-    """Give a folder its name, taking it from the one that bears it."""
+    """Rename a folder to its place; a folder that is there is removed."""
     if place.exists():
         old = place.with_name(f"{place.name}.old{UNFINISHED}")
         place.rename(old)
@@ -208,7 +210,7 @@ def _rename(new: Path, place: Path) -> None:
 
 
 def _checksum(dataset: xr.Dataset) -> int:
-    """Of all names, shapes and numbers; any NaN is like any other."""
+    """Checksum of all names, shapes and numbers; all NaNs count as the same."""
     total = 0
     for name, rows in sorted(dataset.variables.items(), key=lambda item: str(item[0])):
         values = rows.values

@@ -1,4 +1,4 @@
-"""What an ensemble amounts to: statistics over time and of each path, as one Dataset."""
+"""The summary of an ensemble: statistics over time and metrics of each path, as one Dataset."""
 
 import json
 from collections.abc import Sequence
@@ -24,13 +24,18 @@ from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.settling import practical_settling_time
-from ftcfa.study.chunk import PER_JOINT, Plan, Tally
-from ftcfa.study.path_metrics import UNITS as METRICS
+from ftcfa.study.chunk import PER_JOINT
+from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.plan import Plan
+from ftcfa.study.tally import Tally
 
 TRACKING_ERROR = Quantity("rad", "tracking error")
+DIVERGED_AT = {"units": "s", "long_name": "time of divergence, NaN if none"}
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 BOUNDS = ("estimate", "low", "high")
-"""Of every statistic: its value and the ends of its confidence interval."""
+"""Value of a statistic and the ends of its confidence interval."""
+NOT_DIVERGED = "_not_diverged"
+"""End of the name of a statistic over the paths that have not diverged."""
 
 
 def summarise(
@@ -41,28 +46,29 @@ def summarise(
     Returns:
         A Dataset. Over time, for the overall tracking error ``ote`` and for each joint's ``error``
         q - q_d and torque ``u``: ``*_mean``, ``*_mean_square`` and ``*_quantile``, with a
-        dimension ``bound`` (estimate, low, high). A path that has diverged leaves means undefined
-        (NaN) and counts as the largest of all in quantiles; ``*_survivors`` leave such paths
-        out. For each path: its metrics (see `ftcfa.study.path_metrics`) and ``diverged_at``.
+        dimension ``bound`` (estimate, low, high). A path that has diverged makes means undefined
+        (NaN) and counts as the largest of all in quantiles; ``*_mean_not_diverged`` and
+        ``*_mean_square_not_diverged`` are over the other paths. For each path: its metrics (see
+        `ftcfa.study.metrics.table`) and ``diverged_at``.
     """
     value, square = tally.moments
     with np.errstate(invalid="ignore"):
         estimates = {
             "mean": value.student(confidence),
-            "mean_survivors": value.survivors().student(confidence),
+            f"mean{NOT_DIVERGED}": value.without_missing().student(confidence),
             "mean_square": square.skewness_corrected(confidence),
-            "mean_square_survivors": square.survivors().skewness_corrected(confidence),
+            f"mean_square{NOT_DIVERGED}": square.without_missing().skewness_corrected(confidence),
         }
     data: dict[str, Any] = {}
     for statistic, estimate in estimates.items():
         data |= _over_time(loop, statistic, ("bound",), np.stack(estimate))
     levels = np.asarray(quantiles, dtype=float)
-    found = np.stack(tally.sketch.quantile(levels, confidence))
-    data |= _over_time(loop, "quantile", ("bound", "quantile"), found)
-    per_path = tally.per_path
-    metrics = {**METRICS, "diverged_at": ("s", "time of divergence, NaN if none")}
-    for name, told in metrics.items():
-        per_path[name].attrs = attributes(loop, *told, "joint" in per_path[name].dims)
+    quantile = np.stack(tally.sketch.quantile(levels, confidence))
+    data |= _over_time(loop, "quantile", ("bound", "quantile"), quantile)
+    per_path = tally.per_path[[*METRICS, "diverged_at"]]
+    for name, metric in METRICS.items():
+        per_path[name].attrs = attributes(loop, metric.unit, metric.meaning, metric.per_joint)
+    per_path["diverged_at"].attrs = DIVERGED_AT
     times = plan.times(loop)
     q_d = loop.reference.at(times).q
     data["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
@@ -87,7 +93,7 @@ def summarise(
             "diverged": int(np.isfinite(per_path["diverged_at"]).sum()),
         },
     )
-    return dataset.assign({name: per_path[name] for name in metrics})
+    return dataset.assign(per_path.data_vars)
 
 
 def replay(
@@ -96,61 +102,61 @@ def replay(
     """Simulate one path of an ensemble again, with every internal signal.
 
     Args:
-        dataset: What `ensemble` returned, or what was read from its store.
-        path: The path's number.
-        loop: The loop, where it has parts of a user's own, which no file can tell.
-        engine: As in `simulate`.
+        dataset: The Dataset of `ensemble`, or the one read from its store.
+        path: Number of the path.
+        loop: The loop that ran; needed where it has a user's own part, which the Dataset does not
+            describe.
+        engine: The engine, as in `simulate`.
 
     Raises:
-        ParameterError: If the loop cannot be made of what the dataset tells.
+        ParameterError: If the Dataset does not describe its whole loop.
     """
-    told = dataset.attrs
+    attrs = dataset.attrs
     if loop is None:
         try:
-            loop = rebuild(ClosedLoop, json.loads(told["experiment"]), "experiment", Path())
+            loop = rebuild(ClosedLoop, json.loads(attrs["experiment"]), "experiment", Path())
         except ExperimentError as error:
             raise ParameterError(
                 "replay",
-                "a dataset that does not tell all of its loop",
+                "a Dataset that does not describe its whole loop",
                 remedy="give loop=, the loop that ran",
             ) from error
-    return simulate(
-        loop, told["duration"], seed=int(told["seed"]), path=path, signals="all", engine=engine
-    )
+    duration, seed = attrs["duration"], int(attrs["seed"])
+    return simulate(loop, duration, seed=seed, path=path, signals="all", engine=engine)
 
 
 def settling(dataset: xr.Dataset) -> SettlingDistribution:
     """Distribution of the settling time over an ensemble's paths (Kaplan-Meier).
 
-    All runs end together, so nothing is censored before the end and the share that has settled is
-    binomial: where none or all have, the band ends at Clopper and Pearson's exact bound.
+    All runs end together, so no path is censored before the end and the number of paths that have
+    settled is binomial: where none or all have, the band ends at Clopper and Pearson's exact bound.
 
     Args:
-        dataset: What `ensemble` returned.
+        dataset: The Dataset of `ensemble`.
     """
     times, confidence = dataset["settling_time"].values, dataset.attrs["confidence"]
-    found = settling_distribution(
+    distribution = settling_distribution(
         np.where(np.isfinite(times), times, np.nan),
         dataset.attrs["duration"],
         np.isfinite(dataset["diverged_at"].values),
         confidence,
     )
-    value, low, high = found.share
+    value, low, high = distribution.share
     _, all_settled, _ = proportion(times.size, times.size, confidence)
     low = np.where(value >= 1.0, np.maximum(low, all_settled), low)
     high = np.where(value <= 0.0, np.minimum(high, 1.0 - all_settled), high)
-    return replace(found, share=Estimate(value, low, high))
+    return replace(distribution, share=Estimate(value, low, high))
 
 
 def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
-    """Practical finite-time stability in mean square (Definition 1), as far as paths show it.
+    """Settling time in mean square (practical finite-time stability, Definition 1) from paths.
 
-    The earliest kept time from which the upper confidence bound of E|z1|^2 stays below epsilon;
-    see `ftcfa.statistics.settling`.
+    The earliest recorded time from which the upper confidence bound of E|z1|^2 stays below epsilon,
+    z1 = q - q_d; see `ftcfa.statistics.settling`.
 
     Args:
-        dataset: What `ensemble` returned.
-        epsilon: [rad^2 or m^2].
+        dataset: The Dataset of `ensemble`.
+        epsilon: Bound of the mean square [rad^2 or m^2].
 
     Returns:
         T [s], or NaN if the bound is not below epsilon at the end.
@@ -162,19 +168,30 @@ def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
 def _over_time(
     loop: ClosedLoop, statistic: str, dims: tuple[str, ...], values: Array
 ) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
-    """Variables of a statistic whose values have the shape (..., time, quantity)."""
-    n = loop.arm.n
-    columns = np.split(values, [1 + k * n for k in range(len(PER_JOINT))], axis=-1)
-    names = zip(("ote", *PER_JOINT), columns, strict=True)
-    told = {}
-    for name, part in names:
-        unit, meaning = LOOP_QUANTITIES.get(name, TRACKING_ERROR)
-        meaning = "overall tracking error |q - q_d|" if name == "ote" else meaning
-        if "mean_square" in statistic:
+    """Variables of a statistic over time.
+
+    Args:
+        loop: The closed loop.
+        statistic: Its name, such as ``"mean_square"``.
+        dims: Leading dimensions of its values.
+        values: Values, shape (..., time, quantity).
+    """
+    phrase = statistic.removesuffix(NOT_DIVERGED).replace("_", " ")
+    paths = " over the paths that have not diverged" if statistic.endswith(NOT_DIVERGED) else ""
+
+    def label(unit: str, meaning: str, per_joint: bool) -> dict[str, str]:
+        if "mean square" in phrase:
             unit = f"({unit})^2" if " " in unit else f"{unit}^2"
-        label = attributes(loop, unit, f"{statistic} of {meaning}", name != "ote")
-        if name == "ote":
-            told[f"ote_{statistic}"] = ((*dims, "time"), part[..., 0], label)
-        else:
-            told[f"{name}_{statistic}"] = ((*dims, "time", "joint"), part, label)
-    return told
+        return attributes(loop, unit, f"{phrase} of {meaning}{paths}", per_joint)
+
+    ote, *joints = np.split(values, [1 + k * loop.arm.n for k in range(len(PER_JOINT))], axis=-1)
+    overall = label("rad", "overall tracking error |q - q_d|", False)
+    variables = {f"ote_{statistic}": ((*dims, "time"), ote[..., 0], overall)}
+    for name, part in zip(PER_JOINT, joints, strict=True):
+        unit, meaning = LOOP_QUANTITIES.get(name, TRACKING_ERROR)
+        variables[f"{name}_{statistic}"] = (
+            (*dims, "time", "joint"),
+            part,
+            label(unit, meaning, True),
+        )
+    return variables

@@ -1,12 +1,12 @@
 """`verify`: whether at least a share of all runs keeps a specification, with a known risk of error.
 
-Paths are run and looked at in their order until a sequential test knows the answer
+Paths are run and judged in their order until a sequential test decides
 (`ftcfa.statistics.sequential_test`), so the answer does not depend on how many are run at once.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -29,17 +29,18 @@ from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
 from ftcfa.study.path_metrics import PathMetrics
+from ftcfa.study.progress import Interrupted, Progress
 
 CHUNK = 256
-"""Paths between two looks."""
+"""Number of paths that are run between two looks."""
 WORST = 5
-"""How many of the worst paths are named."""
+"""Number of the worst paths that are listed."""
 REASONS = {
     "late_peak_error": "error",
     "peak_torque": "torque",
     "peak_torque_rate": "torque rate",
 }
-"""Metrics that are limited, in words."""
+"""Name of each limited metric in the reasons of `WorstPath`."""
 
 
 def check_confidence(subject: str, value: float) -> None:
@@ -51,15 +52,15 @@ def check_confidence(subject: str, value: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Specification:
-    """What a run has to keep, and how many runs.
+    """Limits that a run must keep, and the share of runs that must keep them.
 
     Attributes:
         error: Largest overall tracking error |q - q_d| after ``within`` [rad or m].
-        within: Time to get there [s].
-        effort: Largest |u|, a number or one a joint [N m or N]; None for no limit of its own.
-        torque_rate: Largest change of u from sample to sample over the period, a number or one a
-            joint [N m/s or N/s]; None for no limit.
-        share: Share of all runs that shall keep it.
+        within: Time by which the error must be within its limit [s].
+        effort: Largest |u|, one number or one for each joint [N m or N]; None for no limit.
+        torque_rate: Largest change of u from sample to sample over the period, one number or one
+            for each joint [N m/s or N/s]; None for no limit.
+        share: Share of all runs that must keep the limits.
         confidence: 1 - beta: yes and no are each wrong with probability beta at most.
         budget: Largest number of paths to run.
     """
@@ -76,7 +77,7 @@ class Specification:
         check_fields(self)
 
     def check(self, loop: ClosedLoop, duration: float) -> None:
-        """Raise ParameterError or ShapeError unless it can be asked of runs of a loop."""
+        """Raise ParameterError or ShapeError unless the specification suits runs of a loop."""
         if not self.within < duration:
             raise ParameterError(
                 "Specification within",
@@ -87,7 +88,7 @@ class Specification:
         self.limits(loop.arm.n)
 
     def limits(self, n: int) -> dict[str, Array]:
-        """Largest allowed values of metrics for n joints, shape (1,) or (n,)."""
+        """Limits of metrics by name, for n joints, each of shape (1,) or (n,)."""
         limits = {"late_peak_error": np.array([self.error])}
         for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
             limit = getattr(self, name)
@@ -101,26 +102,27 @@ class WorstPath:
     """A path that broke the specification."""
 
     path: int
-    """Its number, to `replay` it."""
+    """Number of the path, for `simulate`."""
     reason: str
-    """What it did."""
+    """The limits that it broke, or when it diverged."""
     excess: float
-    """How far it went, relative to the limit; inf if it diverged."""
+    """Largest value of a metric over its limit; inf if the path diverged."""
 
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """The answer, and what it rests on.
+    """Answer of `verify` with its evidence.
 
     Attributes:
         answer: ``"yes"``, ``"no"`` or ``"undecided"``.
-        verdict: Of the sequential test: paths that kept the specification, paths looked at, and
-            bounds of the share that hold with the confidence asked for whenever one stops.
-        fixed: The share among all paths that were run, with Clopper and Pearson's interval. It
-            holds for a number of paths fixed beforehand: where the budget was used up.
-        worst: The worst of the paths that were run, the worst first.
-        seed: Of the paths.
-        specification: What was asked.
+        verdict: Verdict of the sequential test: number of paths that kept the specification,
+            number of paths judged, and bounds of the share, each of which holds with the required
+            confidence whenever the test stops.
+        fixed: Share among all paths that were run, with Clopper and Pearson's interval. The
+            interval holds for a number of paths fixed beforehand: where the budget was used up.
+        worst: The paths that exceeded their limits most, the worst first.
+        seed: Seed of the paths.
+        specification: The specification.
     """
 
     answer: Literal["yes", "no", "undecided"]
@@ -131,12 +133,12 @@ class Verification:
     specification: Specification
 
     def __str__(self) -> str:
-        asked, found = self.specification, self.verdict
+        required, verdict = self.specification, self.verdict
         lines = [
-            f"{self.answer}: {found.successes} of {found.trials} paths settle below "
-            f"{asked.error:g} within {asked.within:g} s and keep the limits; the share is between "
-            f"{found.low:.4g} and {found.high:.4g} (each bound with confidence "
-            f"{asked.confidence:g}), asked for is {asked.share:g}"
+            f"{self.answer}: {verdict.successes} of {verdict.trials} paths settle below "
+            f"{required.error:g} within {required.within:g} s and keep the limits; the share is "
+            f"between {verdict.low:.4g} and {verdict.high:.4g} (each bound with confidence "
+            f"{required.confidence:g}), {required.share:g} is required"
         ]
         lines += [f"path {one.path} of seed {self.seed}: {one.reason}" for one in self.worst]
         return "\n".join(lines)
@@ -149,49 +151,58 @@ def verify(
     *,
     seed: int = 0,
     threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Verification:
-    """Ask whether at least a share of all runs keeps a specification.
+    """Test whether at least a share of all runs keeps a specification.
 
     Args:
         loop: The closed loop.
-        specification: What is asked.
-        duration: Length of a run, longer than ``within`` [s].
-        seed: Of the random streams.
-        threads: Threads; all that this process may use by default.
-        progress: Called with the paths done and the budget.
+        specification: Limits of a run and the required share.
+        duration: Simulated time, longer than ``within`` [s].
+        seed: Seed of the random streams.
+        threads: Number of threads; by default all that this process may use.
+        progress: Called with the number of paths that are done and the budget.
 
     Raises:
         ParameterError, ShapeError: If an argument is out of range, or a limit has another number
             of joints.
+        Interrupted: At Ctrl-C. Its ``partial`` is the Verification of the paths that are done,
+            whose bounds hold, or None if no path is.
     """
     natural("seed", seed)
     samples = samples_of(loop, duration)
     specification.check(loop, duration)
     limits = specification.limits(loop.arm.n)
-    watched = replace(loop, observer=PathMetrics(specification.error, specification.within))
-    beta = 1 - specification.confidence
-    test = SequentialTest(specification.share, beta, specification.budget)
-    excess, died, verdict = np.zeros((len(limits), 0)), np.zeros(0), test.judge([])
-    for paths in _chunks(specification.budget):
-        run = run_paths(watched, samples, samples, seed, paths, ["u"], {}, threads)
-        part = _excess(watched, run.paths.observed, limits)
-        excess = np.concatenate([excess, part], axis=1)
-        died = np.concatenate([died, run.paths.died])
-        verdict = test.judge(np.all(excess <= 1.0, axis=0))
-        if progress is not None:
-            progress(excess.shape[1], specification.budget)
-        if verdict.finished:
-            break
+    metrics = PathMetrics(specification.error, specification.within)
+    observed = replace(loop, observer=metrics)
+    excess, diverged_at = np.zeros((len(limits), 0)), np.zeros(0)
+    verification: Verification | None = None
+    try:
+        for paths in _chunks(specification.budget):
+            run = run_paths(observed, samples, samples, seed, paths, ["u"], {}, threads)
+            part = _excess(metrics.results(run.paths.observed, loop.period), limits)
+            excess = np.concatenate([excess, part], axis=1)
+            diverged_at = np.concatenate([diverged_at, run.paths.died])
+            worst = _worst(excess, diverged_at, list(limits))
+            verification = _verification(excess, worst, seed, specification)
+            if progress is not None:
+                progress(excess.shape[1], specification.budget)
+            if verification.verdict.finished:
+                break
+    except KeyboardInterrupt:
+        raise Interrupted("verify", verification) from None
+    return cast(Verification, verification)
+
+
+def _verification(
+    excess: Array, worst: tuple[WorstPath, ...], seed: int, specification: Specification
+) -> Verification:
+    """The verification by the paths that are done."""
     kept = np.all(excess <= 1.0, axis=0)
-    return Verification(
-        verdict.answer,
-        verdict,
-        proportion(int(kept.sum()), kept.size, specification.confidence),
-        _worst(excess, died, list(limits)),
-        seed,
-        specification,
-    )
+    beta = 1 - specification.confidence
+    verdict = SequentialTest(specification.share, beta, specification.budget).judge(kept)
+    fixed = proportion(int(kept.sum()), kept.size, specification.confidence)
+    return Verification(verdict.answer, verdict, fixed, worst, seed, specification)
 
 
 def _chunks(budget: int) -> Iterator[npt.NDArray[np.uint64]]:
@@ -199,9 +210,8 @@ def _chunks(budget: int) -> Iterator[npt.NDArray[np.uint64]]:
         yield np.arange(start, min(start + CHUNK, budget), dtype=np.uint64)
 
 
-def _excess(loop: ClosedLoop, observed: Any, limits: Mapping[str, Array]) -> Array:
+def _excess(metrics: Mapping[str, Array], limits: Mapping[str, Array]) -> Array:
     """Metrics over their limits, the worst joint's, shape (limits, paths); inf where diverged."""
-    metrics = cast(PathMetrics, loop.observer).results(observed, loop.period)
     rows = [
         np.max(metrics[name].reshape(-1, len(limit)) / limit, axis=1)
         for name, limit in limits.items()
@@ -209,20 +219,22 @@ def _excess(loop: ClosedLoop, observed: Any, limits: Mapping[str, Array]) -> Arr
     return np.nan_to_num(np.array(rows), nan=np.inf, posinf=np.inf)
 
 
-def _worst(excess: Array, died: Array, names: Sequence[str]) -> tuple[WorstPath, ...]:
-    """The paths that went farthest beyond some limit."""
+def _worst(excess: Array, diverged_at: Array, names: Sequence[str]) -> tuple[WorstPath, ...]:
+    """The paths that exceeded a limit most, the worst first."""
     largest = np.max(excess, axis=0)
     order = np.argsort(-largest, kind="stable")[:WORST]
     return tuple(
-        WorstPath(int(path), _reason(excess[:, path], died[path], names), float(largest[path]))
+        WorstPath(
+            int(path), _reason(excess[:, path], diverged_at[path], names), float(largest[path])
+        )
         for path in order
         if largest[path] > 1.0
     )
 
 
-def _reason(excess: Array, died: float, names: Sequence[str]) -> str:
-    if np.isfinite(died):
-        return f"diverges at {died:.4g} s"
+def _reason(excess: Array, diverged_at: float, names: Sequence[str]) -> str:
+    if np.isfinite(diverged_at):
+        return f"diverges at {diverged_at:.4g} s"
     broken = [
         f"{REASONS[name]} {value:.3g} times its limit"
         for name, value in zip(names, excess, strict=True)

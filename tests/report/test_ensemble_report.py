@@ -140,7 +140,7 @@ def test_the_figure_says_what_is_drawn(either, files):
     ):
         assert "".join(expected.split()) in text
     if dead:
-        assert "survivorsonly" in text
+        assert "notdiverged" in text
         assert f"{dead}divergedandneversettle" in text
     assert (f"{settling(either).censored}notby" in text) == (settling(either).censored > 0)
 
@@ -166,10 +166,10 @@ def test_the_figure_draws_the_data(sound):
 
 def test_the_mean_of_all_ends_where_the_first_path_dies(dying):
     square = ensemble_figure(dying, ARM.effort_limit, "t").axes[0]
-    survivors, everyone = (line.get_ydata() for line in square.get_lines()[:2])
+    others, everyone = (line.get_ydata() for line in square.get_lines()[:2])
     first = np.nanmin(dying.diverged_at)
     assert np.all(np.isnan(everyone[dying.time.values >= first]))
-    assert np.all(np.isfinite(survivors[1:]))
+    assert np.all(np.isfinite(others[1:]))
 
 
 def test_an_arm_without_limits_has_its_torque_drawn(sound):
@@ -213,8 +213,8 @@ def test_record_of_the_dead(dying):
     assert record["diverged"]["count"] == len(dead)
     assert record["diverged"]["first_paths"] == dead[:10].tolist()
     assert record["mean_square_error"]["estimate"] is None
-    alive = dying.ote_mean_square_survivors.values[0, -1]
-    assert record["mean_square_error"]["survivors"]["estimate"] == alive
+    alive = dying.ote_mean_square_not_diverged.values[0, -1]
+    assert record["mean_square_error"]["not_diverged"]["estimate"] == alive
     assert record["practical_settling"]["time"] is None
     energy = record["metrics"][-1]
     assert (energy["metric"], energy["without"]) == ("energy", len(dead))

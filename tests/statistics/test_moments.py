@@ -87,22 +87,22 @@ def test_an_offset_does_not_drown_the_spread():
     np.testing.assert_allclose(chunks(x, [10, 500]).variance, exact, rtol=1e-6)
 
 
-def test_the_dead_are_counted_and_never_averaged_away():
+def test_paths_that_diverged_are_counted_and_make_the_mean_undefined():
     x = np.array([[1.0, 1.0], [3.0, np.nan], [8.0, 5.0], [4.0, np.inf]])
     moments = Moments.of(x)
     np.testing.assert_array_equal(moments.missing, [0, 2])
     np.testing.assert_array_equal(moments.mean, [4.0, np.nan])
     for statistic in (moments.variance, moments.mean_square, *moments.skewness_corrected()):
         np.testing.assert_array_equal(np.isnan(statistic), [False, True])
-    np.testing.assert_allclose(moments.survivors().mean, [4.0, 3.0])
-    np.testing.assert_allclose(moments.survivors().mean_square, [22.5, 13.0])
+    np.testing.assert_allclose(moments.without_missing().mean, [4.0, 3.0])
+    np.testing.assert_allclose(moments.without_missing().mean_square, [22.5, 13.0])
 
 
-def test_nobody_left():
+def test_no_path_with_a_value():
     moments = Moments.of(np.full((3, 1), np.nan)).merge(Moments.of(np.full((2, 1), np.nan)))
-    assert np.isnan(moments.survivors().mean)
-    assert np.all(np.isnan(moments.survivors().student()))
-    merged = moments.merge(Moments.of([[2.0], [4.0]])).survivors()
+    assert np.isnan(moments.without_missing().mean)
+    assert np.all(np.isnan(moments.without_missing().student()))
+    merged = moments.merge(Moments.of([[2.0], [4.0]])).without_missing()
     np.testing.assert_allclose(merged.mean, [3.0])
     np.testing.assert_allclose(merged.variance, [2.0])
 

@@ -133,7 +133,7 @@ def test_a_cluster_that_breaks_down_is_one_sentence(cluster, tmp_path):
             cluster.close()
 
     try:
-        with pytest.raises(FtcfaError, match=r"cluster: broke down \(.*\); mend it"):
+        with pytest.raises(FtcfaError, match=r"cluster: broke down \(.*\); repair it"):
             run(pendulum(), client=client, progress=kill, store=tmp_path / "store")
     finally:
         client.close(timeout=1)

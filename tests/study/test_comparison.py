@@ -1,4 +1,4 @@
-"""compare: the same noise for all, differences in pairs, nothing dead averaged away."""
+"""compare: the same noise for all, differences in pairs, paths that diverged never left out."""
 
 from dataclasses import replace
 
@@ -20,7 +20,8 @@ from ftcfa import (
 )
 from ftcfa.report.comparison import comparison_record
 from ftcfa.report.comparison_table import sentences
-from ftcfa.study.comparison import METRICS, SHARES, compare
+from ftcfa.study.comparison import BINARY, compare
+from ftcfa.study.metrics.compared import COMPARED
 
 PATHS, DURATION = 40, 1.0
 ARM = load_arm("double_pendulum", gravity=9.8)
@@ -64,9 +65,9 @@ def test_metrics_are_those_of_the_full_records(loops, result, records):
         rate = np.sqrt(np.mean(np.diff(u, axis=1) ** 2, axis=1)) / 1e-3 / ARM.effort_limit
         expected = {
             "settling_time": settling,
-            "rms_error": np.sqrt((late**2).mean("time")),
-            "peak_error": late.max("time"),
-            "mean_square_error": (late**2).mean("time"),
+            "late_rms_error": np.sqrt((late**2).mean("time")),
+            "late_peak_error": late.max("time"),
+            "late_mean_square_error": (late**2).mean("time"),
             "effort": np.sqrt(np.mean(share**2, axis=1)),
             "torque_rate": np.sqrt(np.mean(rate**2, axis=1)),
             "energy": np.abs(u * v).sum(axis=(1, 2)) * 1e-3,
@@ -78,9 +79,9 @@ def test_metrics_are_those_of_the_full_records(loops, result, records):
 
 def test_differences_are_paired_and_hold_together(result):
     """Near SciPy's paired t interval at Bonferroni's level, which knows of no skewness."""
-    together = 1 - 0.05 / (2 * len(METRICS))
-    for metric in METRICS:
-        if metric in SHARES:
+    together = 1 - 0.05 / (2 * len(COMPARED))
+    for metric in COMPARED:
+        if metric in BINARY:
             continue
         first, second = (result["values"].sel(loop=n, metric=metric).values for n in NAMES)
         if np.ptp(second - first) == 0:
@@ -118,13 +119,13 @@ def test_a_path_that_diverged_is_the_worst_of_all(loops):
     free = replace(loops["finite-time"], arm=strong, controller=Thrown())
     found = compare({"sound": loops["finite-time"], "thrown": free}, 16, 0.5)
     assert found["diverged"].values.tolist() == [0, 16]
-    living = [metric for metric in METRICS if metric not in SHARES]
-    assert np.all(np.isnan(found["mean"].sel(loop="thrown", metric=living)))
-    assert np.all(np.isinf(found["quantiles"].sel(loop="thrown", metric=living)))
+    per_path = [metric for metric in COMPARED if metric not in BINARY]
+    assert np.all(np.isnan(found["mean"].sel(loop="thrown", metric=per_path)))
+    assert np.all(np.isinf(found["quantiles"].sel(loop="thrown", metric=per_path)))
     difference = found["difference"].sel(loop="thrown", metric="diverged")
     assert difference.sel(bound="estimate") == 1.0
     assert found["significant"].sel(loop="thrown", metric="diverged")
-    assert not found["significant"].sel(metric=living).any()
+    assert not found["significant"].sel(metric=per_path).any()
     assert "not comparable" in sentences(comparison_record(found))[1]
 
 
@@ -135,7 +136,7 @@ def test_shares_are_compared_by_mcnemars_exact_test(result):
     p = stats.binomtest(int(more), int(more + less)).pvalue
     got = result["difference"].sel(loop="asymptotic", metric="unsettled").values
     assert got[0] == pytest.approx(np.mean(second - first))
-    assert (p < 0.05 / (2 * len(METRICS))) == (got[1] > 0)
+    assert (p < 0.05 / (2 * len(COMPARED))) == (got[1] > 0)
 
 
 class Thrown:

@@ -9,9 +9,11 @@ import pytest
 import xarray as xr
 from small_loops import DURATION, oscillators, pendulum, uncertain_pendulum
 
-from ftcfa import ensemble, replay, simulate_paths
+from ftcfa import Interrupted, ensemble, replay, simulate_paths
 from ftcfa.statistics.moments import Moments
-from ftcfa.study.chunk import Merging, Plan, Tally, run_chunk
+from ftcfa.study.chunk import run_chunk
+from ftcfa.study.plan import Plan
+from ftcfa.study.tally import PairwiseMoments, Tally
 
 PATHS, CHUNK = 1100, 300
 """Chunks of which the last is not full, nor a whole number of vectors."""
@@ -76,8 +78,8 @@ def test_a_path_can_be_replayed():
 
 def test_chunks_add_up_to_the_same_bits_in_any_order():
     loop, plan = pendulum(), Plan(DURATION, chunk=16)
-    watched = plan.watched(loop)
-    parts = {k: run_chunk(watched, plan, plan.paths_of(k, 170)) for k in plan.chunks(170)}
+    observed = plan.observed(loop)
+    parts = {k: run_chunk(observed, plan, plan.paths_of(k, 170)) for k in plan.chunks(170)}
     results = []
     for seed in range(3):
         tally = Tally(len(plan.times(loop)), loop.arm.n)
@@ -95,7 +97,7 @@ def test_chunks_add_up_to_the_same_bits_in_any_order():
 
 
 def test_what_is_held_does_not_grow_with_the_number_of_chunks():
-    merging, rng, rows = Merging(), np.random.default_rng(0), []
+    merging, rng, rows = PairwiseMoments(), np.random.default_rng(0), []
     for number in range(1000):
         rows.append(rng.standard_normal(3))
         merging.add(number, Moments.of(rows[-1][:, None]))
@@ -123,8 +125,8 @@ def test_memory_grows_by_what_is_reported_of_each_path():
     assert (after - before) / (last - first) < 1.5 * reported  # beside it, a few objects a chunk
 
 
-class Interrupted:
-    """Ctrl-C after some chunks."""
+class CtrlC:
+    """A progress that is interrupted after some chunks."""
 
     def __init__(self, chunks):
         self.left = chunks
@@ -135,10 +137,12 @@ class Interrupted:
             raise KeyboardInterrupt
 
 
-def test_an_interrupt_gives_the_statistics_of_what_is_done(tmp_path):
+def test_an_interrupt_carries_the_statistics_of_what_is_done(tmp_path):
     """The first chunks, whole; then the same call goes on from there."""
     loop, store = pendulum(), tmp_path / "store"
-    part = run(loop, store=store, progress=Interrupted(3))
+    with pytest.raises(Interrupted, match="ensemble interrupted; what is done is in") as caught:
+        run(loop, store=store, progress=CtrlC(3))
+    part = caught.value.partial
     assert part.sizes["path"] in (2 * CHUNK, 3 * CHUNK)
     xr.testing.assert_identical(part, run(loop, paths=part.sizes["path"]))
     xr.testing.assert_identical(
@@ -150,13 +154,14 @@ def test_an_interrupt_gives_the_statistics_of_what_is_done(tmp_path):
     assert done[-1] == PATHS
 
 
-def test_an_interrupt_before_anything_is_done_stays_one(monkeypatch):
+def test_an_interrupt_before_anything_is_done_carries_nothing(monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("ftcfa.study.ensemble.simulate_chunk", interrupted)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(Interrupted, match="ensemble interrupted; nothing is done") as caught:
         run(pendulum())
+    assert caught.value.partial is None
 
 
 def test_divergence_is_counted_and_shows_in_the_mean():

@@ -55,7 +55,7 @@ class NoLaw:
         return {"u": 0.0 * q}, state
 
 
-def dying():
+def shaken_apart():
     """A pendulum shaken so hard that some of its paths leave every bound."""
     arm = load_arm("double_pendulum")
     return ClosedLoop(
@@ -94,8 +94,8 @@ def test_means_and_mean_squares_with_students_interval(dataset, record, name):
     square, low, high = dataset[f"{name}_mean_square"].values
     np.testing.assert_allclose(square, (x**2).mean(axis=0), rtol=ROUNDING, atol=1e-15)
     assert np.all((low <= square) & (square <= high))
-    survivors = dataset[f"{name}_mean_square_survivors"].values[0]
-    np.testing.assert_array_equal(survivors, square)  # none has diverged
+    not_diverged = dataset[f"{name}_mean_square_not_diverged"].values[0]
+    np.testing.assert_array_equal(not_diverged, square)  # none has diverged
 
 
 def test_quantiles_to_the_accuracy_of_the_sketch(dataset, record):
@@ -171,13 +171,13 @@ def test_every_variable_has_units_and_the_whole_says_how_to_run_it_again(dataset
     assert float(late.max()) == pytest.approx(float(dataset.late_peak_error.max()))
 
 
-def test_a_loop_of_ones_own_is_asked_for_where_it_is_to_be_replayed(half_dead):
+def test_a_loop_of_ones_own_is_asked_for_where_it_is_to_be_replayed(half_diverged):
     with pytest.raises(ParameterError, match="give loop=, the loop that ran"):
-        replay(half_dead, 0)
-    path = int(np.flatnonzero(np.isnan(half_dead.diverged_at.values))[0])
-    again = replay(half_dead, path, loop=dying())
+        replay(half_diverged, 0)
+    path = int(np.flatnonzero(np.isnan(half_diverged.diverged_at.values))[0])
+    again = replay(half_diverged, path, loop=shaken_apart())
     late = again.ote.where(again.time >= 0.15 - 5e-4, drop=True)
-    assert float(late.max()) == pytest.approx(float(half_dead.late_peak_error[path]))
+    assert float(late.max()) == pytest.approx(float(half_diverged.late_peak_error[path]))
 
 
 def test_variables_are_in_one_order_wherever_chunks_come_from(dataset, tmp_path):
@@ -231,28 +231,27 @@ def test_definition_1_is_read_off_the_upper_bound(dataset):
 
 
 @pytest.fixture(scope="module")
-def half_dead():
-    return ensemble(dying(), 64, 0.3, seed=1, record_every=50, chunk=16)
+def half_diverged():
+    return ensemble(shaken_apart(), 64, 0.3, seed=1, record_every=50, chunk=16)
 
 
-def test_the_dead_are_counted_and_never_averaged_away(half_dead):
-    full = simulate_paths(dying(), 64, 0.3, seed=1)
+def test_paths_that_diverged_are_counted_and_make_means_undefined(half_diverged):
+    full = simulate_paths(shaken_apart(), 64, 0.3, seed=1)
     speed = np.abs(full.v).max("joint")
-    died = half_dead.diverged_at.values
-    dead = np.isfinite(died)
-    assert 0 < dead.sum() < 64
-    assert half_dead.attrs["diverged"] == dead.sum()
-    np.testing.assert_array_equal(dead, np.isnan(speed.isel(time=-1)))
-    last = half_dead.isel(time=-1)
+    diverged = np.isfinite(half_diverged.diverged_at.values)
+    assert 0 < diverged.sum() < 64
+    assert half_diverged.attrs["diverged"] == diverged.sum()
+    np.testing.assert_array_equal(diverged, np.isnan(speed.isel(time=-1)))
+    last = half_diverged.isel(time=-1)
     assert np.all(np.isnan(last.ote_mean_square))
-    alive = full.ote.values[~dead, -1]
-    assert float(last.ote_mean_square_survivors[0]) == pytest.approx(np.mean(alive**2))
-    assert float(last.ote_mean_survivors[0]) == pytest.approx(np.mean(alive))
-    ordered = np.sort(np.where(dead, np.inf, full.ote.values[:, -1]))
+    others = full.ote.values[~diverged, -1]
+    assert float(last.ote_mean_square_not_diverged[0]) == pytest.approx(np.mean(others**2))
+    assert float(last.ote_mean_not_diverged[0]) == pytest.approx(np.mean(others))
+    ordered = np.sort(np.where(diverged, np.inf, full.ote.values[:, -1]))
     for p, found in zip(LEVELS, last.ote_quantile.values[0], strict=True):
         exact = ordered[int(np.ceil(64 * p)) - 1]
         assert found == pytest.approx(exact, rel=RELATIVE_ACCURACY)
     for name in ("settling_time", "energy", "late_rms_error"):
-        assert np.all(np.isnan(half_dead[name].values[dead]))
-    assert settling(half_dead).diverged == dead.sum()
-    assert np.isnan(settled_in_mean_square(half_dead, 1e12))
+        assert np.all(np.isnan(half_diverged[name].values[diverged]))
+    assert settling(half_diverged).diverged == diverged.sum()
+    assert np.isnan(settled_in_mean_square(half_diverged, 1e12))

@@ -57,8 +57,8 @@ def peak_rate(record):
 
 
 def test_yes(loop, record):
-    asked = Specification(error=0.05, within=0.6)
-    found = verify(loop, asked, DURATION)
+    required = Specification(error=0.05, within=0.6)
+    found = verify(loop, required, DURATION)
     assert np.all(settling_times(record, 0.05) <= 0.6)
     assert (found.answer, found.worst) == ("yes", ())
     assert (found.verdict.successes, found.verdict.trials) == (74, 74)  # see SequentialTest
@@ -116,8 +116,8 @@ def test_what_never_settles_is_not_called_diverged(loop):
 
 
 def test_the_worst_paths_are_those_with_the_largest_errors(loop):
-    asked = Specification(error=1e-3, within=0.6, budget=300)
-    found = verify(loop, asked, DURATION)
+    required = Specification(error=1e-3, within=0.6, budget=300)
+    found = verify(loop, required, DURATION)
     ran = simulate_paths(loop, 256, DURATION)
     late = ran.ote.sel(time=slice(0.6 - 1e-9, None)).max("time").values
     assert [one.path for one in found.worst] == np.argsort(-late)[:5].tolist()
@@ -133,14 +133,14 @@ def test_what_diverges_is_named_with_its_time(loop):
     assert worst.reason == f"diverges at {died:.4g} s"
 
 
-@pytest.mark.parametrize("asked", [TIGHT, Specification(0.05, 0.555, share=0.95)])
-def test_the_answer_does_not_depend_on_the_paths_run_at_once(loop, monkeypatch, asked):
+@pytest.mark.parametrize("required", [TIGHT, Specification(0.05, 0.555, share=0.95)])
+def test_the_answer_does_not_depend_on_the_paths_run_at_once(loop, monkeypatch, required):
     told = []
     for chunk in (1, 7, CHUNK):
         monkeypatch.setattr("ftcfa.study.verification.CHUNK", chunk)
-        told.append(verify(loop, asked, DURATION).verdict)
-    assert {one.answer for one in told} == {"undecided" if asked is TIGHT else "no"}
-    if asked is not TIGHT:  # what cannot be decided any more is looked at to the chunk's end
+        told.append(verify(loop, required, DURATION).verdict)
+    assert {one.answer for one in told} == {"undecided" if required is TIGHT else "no"}
+    if required is not TIGHT:  # what cannot be decided any more is looked at to the chunk's end
         assert told[0] == told[1] == told[2]
 
 

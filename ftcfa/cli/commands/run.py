@@ -48,13 +48,19 @@ def run(
     from ftcfa.files import make_folder
     from ftcfa.report.ensemble import ensemble_files, ensemble_record
     from ftcfa.report.ensemble_table import print_ensemble
+    from ftcfa.study.progress import Interrupted
 
     options = given(paths=paths, duration=duration)
     chosen = replace(load_experiment(experiment), specification=None, **options)
     check_threads(threads)
     make_folder(out)
     with cluster(scheduler) as client, progress_of_paths() as report:
-        dataset = chosen.run(threads=threads, client=client, store=out / STORE, progress=report)
+        try:
+            dataset = chosen.run(threads=threads, client=client, store=out / STORE, progress=report)
+        except Interrupted as stop:
+            if stop.partial is None:
+                raise
+            dataset = stop.partial
     record = ensemble_record(dataset, chosen.paths)
     files = ensemble_files(dataset, record, chosen.loop.arm.effort_limit, experiment.name)
     finish(record, print_ensemble, as_json, files, out)

@@ -1,0 +1,99 @@
+"""All metrics by which loops are compared, each computed from the metrics of an ensemble."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ftcfa.arrays import Array
+
+
+class ComparedMetric(NamedTuple):
+    """A number for each path by which loops are compared."""
+
+    unit: str
+    """Unit for revolute joints."""
+    meaning: str
+    """What the number is, in one phrase."""
+    values: Callable[[xr.Dataset, Array], Array]
+    """(Dataset of an ensemble, effort limit of each joint) -> values, shape (paths,)."""
+    column: str = ""
+    """Heading of its column in tables; without one, it has none."""
+    percent: bool = False
+    """Whether tables show it in per cent."""
+    binary: bool = False
+    """Whether it is 0 or 1 for each path, so that its mean is a share of paths."""
+
+
+def _settling_time(run: xr.Dataset, _: Array) -> Array:
+    return np.minimum(run["settling_time"].values, run.attrs["duration"])
+
+
+def _over_limit(name: str) -> Callable[[xr.Dataset, Array], Array]:
+    """The rms over the joints of a metric over the effort limit."""
+    return lambda run, limit: np.sqrt(np.mean((run[name].values / limit) ** 2, axis=1))
+
+
+COMPARED: dict[str, ComparedMetric] = {
+    "settling_time": ComparedMetric(
+        "s", "time to settle, the duration where that never happens", _settling_time, "settle"
+    ),
+    "late_rms_error": ComparedMetric(
+        "rad",
+        "rms of |q - q_d| late in the run",
+        lambda run, _: run["late_rms_error"].values,
+        "rms",
+    ),
+    "late_peak_error": ComparedMetric(
+        "rad",
+        "largest |q - q_d| late in the run",
+        lambda run, _: run["late_peak_error"].values,
+        "peak",
+    ),
+    "late_mean_square_error": ComparedMetric(
+        "rad^2",
+        "mean of |q - q_d|^2 late in the run",
+        lambda run, _: run["late_rms_error"].values ** 2,
+    ),
+    "effort": ComparedMetric(
+        "1",
+        "rms torque over its limit, rms over the joints",
+        _over_limit("rms_torque"),
+        "effort",
+        percent=True,
+    ),
+    "torque_rate": ComparedMetric(
+        "1/s",
+        "rms torque rate over the torque limit, rms over the joints",
+        _over_limit("rms_torque_rate"),
+        "rate",
+    ),
+    "saturated": ComparedMetric(
+        "1",
+        "share of samples at which the controller requests more than the limit of some joint",
+        lambda run, _: run["saturated"].values,
+        "satur.",
+        percent=True,
+    ),
+    "unsettled": ComparedMetric(
+        "1",
+        "1 for a path that does not settle, or diverges",
+        lambda run, _: 1.0 - np.isfinite(run["settling_time"].values),
+        "unsettled",
+        percent=True,
+        binary=True,
+    ),
+    "diverged": ComparedMetric(
+        "1",
+        "1 for a path that diverges",
+        lambda run, _: 1.0 * np.isfinite(run["diverged_at"].values),
+        "diverged",
+        percent=True,
+        binary=True,
+    ),
+    "energy": ComparedMetric(
+        "J", "time integral of |u v|, summed over the joints", lambda run, _: run["energy"].values
+    ),
+}
+"""Metrics by which loops are compared, by name, in the order of tables."""

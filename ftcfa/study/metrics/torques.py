@@ -1,0 +1,67 @@
+"""Metrics of the torque: its size, its changes, its limits and the energy it costs."""
+
+import numpy as np
+
+from ftcfa.arrays import Traceable
+from ftcfa.study.metrics.metric import Metric, Sample
+
+
+def _beyond_limit(sample: Sample) -> Traceable:
+    """1.0 where the controller requests more than its limit of some joint, else 0.0."""
+    excess = np.max(np.abs(sample.signals["u_command"]) - np.abs(sample.signals["u"]))
+    return np.where(excess > 0.0, 1.0, 0.0)
+
+
+def _power(sample: Sample) -> Traceable:
+    """Sum of |u v| over the joints, shape (1,) [W]."""
+    return np.reshape(np.abs(sample.signals["u"]) @ np.abs(sample.signals["v"]), (1,))
+
+
+SATURATED = Metric(
+    label="saturated share",
+    unit="1",
+    meaning="share of samples at which the controller requests more than the limit of some joint",
+    step=lambda count, sample: count + _beyond_limit(sample),
+    result=lambda count, totals: count / totals.samples,
+)
+RMS_TORQUE = Metric(
+    label="rms torque",
+    unit="N m",
+    meaning="rms of the torque",
+    step=lambda total, sample: total + sample.signals["u"] ** 2,
+    result=lambda total, totals: np.sqrt(total / totals.samples),
+    per_joint=True,
+)
+PEAK_TORQUE = Metric(
+    label="peak torque",
+    unit="N m",
+    meaning="largest torque",
+    step=lambda peak, sample: np.maximum(peak, np.abs(sample.signals["u"])),
+    result=lambda peak, _: peak,
+    per_joint=True,
+)
+RMS_TORQUE_RATE = Metric(
+    label="rms torque rate",
+    unit="N m/s",
+    meaning="rms of the changes of the torque from sample to sample, over the period",
+    step=lambda total, sample: total + sample.change**2,
+    result=lambda total, totals: (
+        np.sqrt(total / np.maximum(totals.samples - 1.0, 1.0)) / totals.period
+    ),
+    per_joint=True,
+)
+PEAK_TORQUE_RATE = Metric(
+    label="peak torque rate",
+    unit="N m/s",
+    meaning="largest change of the torque from sample to sample, over the period",
+    step=lambda peak, sample: np.maximum(peak, sample.change),
+    result=lambda peak, totals: peak / totals.period,
+    per_joint=True,
+)
+ENERGY = Metric(
+    label="energy",
+    unit="J",
+    meaning="time integral of |u v|, summed over the joints",
+    step=lambda total, sample: total + _power(sample),
+    result=lambda total, totals: total * totals.period,
+)
