@@ -1,14 +1,15 @@
-"""What a loop needs of a robot: `Arm` has it, so has any closed form that a user writes."""
+"""The protocol of a robot in a loop: `Arm` follows it, and so can a closed form of the user."""
 
 from typing import Protocol
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 
 
 class Dynamics(Protocol):
     """M(q) q'' + C(q, v) v + h(q) + D(v) v = tau, for n single-axis joints on a fixed base.
 
-    Shapes and units as in `ftcfa.model.arm.Arm`, the implementation for any URDF.
+    Shapes and units are those of `ftcfa.model.arm.Arm`, the implementation for any URDF. A robot
+    that also takes symbols runs compiled; one that takes numbers only runs interpreted.
     """
 
     @property
@@ -27,7 +28,7 @@ class Dynamics(Protocol):
         ...
 
     @property
-    def effort_limit(self) -> Array:
+    def effort_limit(self) -> Traceable:
         """The saturation u*, shape (n,) [N m or N]."""
         ...
 
@@ -36,22 +37,22 @@ class Dynamics(Protocol):
         """A posture to start from, shape (n,) [rad or m]."""
         ...
 
-    def mass_matrix(self, q: Array) -> Array:
+    def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (n, n)."""
         ...
 
-    def potential_force(self, q: Array) -> Array:
+    def potential_force(self, q: Traceable) -> Traceable:
         """h(q), shape (n,)."""
         ...
 
-    def damping_matrix(self, v: Array) -> Array:
+    def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v), shape (n, n)."""
         ...
 
-    def bias_force(self, q: Array, v: Array) -> Array:
+    def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q) + D(v) v, shape (n,)."""
         ...
 
-    def base_coupling(self, q: Array) -> Array:
+    def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
         ...

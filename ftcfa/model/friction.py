@@ -14,7 +14,7 @@ def damping_matrix(G: Array, damping: Array, friction: Array, v: Array) -> Array
 
         D = G^T diag(damping + friction / sqrt(v_j^2 + e^2)) G,   v_j = G v,   e = FRICTION_VELOCITY
 
-    Coulomb friction is regularised: a joint that should stick creeps at less than e.
+    Coulomb friction is smoothed: a joint that should stick creeps at less than e.
 
     Args:
         G: Linear map from the arm's velocities to those of the joints, shape (N, n).

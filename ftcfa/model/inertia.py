@@ -2,8 +2,8 @@
 
 A body's pseudo-inertia J = integral of [x; 1][x; 1]^T dm is positive semidefinite exactly if some
 distribution of mass has that mass, centre and rotational inertia (Wensing, Kim, Slotine 2018).
-Deforming the body, x -> F x + d, and scaling its density maps J to s T J T^T, which stays
-positive (semi)definite whatever the draw: no draw can be unphysical.
+To deform the body, x -> F x + d, and to scale its density maps J to s T J T^T, which is always
+positive (semi)definite: no draw can be unphysical.
 """
 
 import numpy as np
@@ -13,25 +13,26 @@ from ftcfa.checks import is_number
 from ftcfa.errors import ParameterError, ShapeError
 
 UNPHYSICAL = 1e-9
-"""A pseudo-inertia's negative eigenvalue is rounding up to this share of its largest entry."""
+"""Negative eigenvalues of a pseudo-inertia are rounding errors up to this share of its largest
+entry."""
 LARGEST_SPREAD = 2.0
-"""Of a logarithm, a strain or a displacement [m]. Far beyond it the bodies of one robot differ by
-more digits than a double has, and its mass matrix is no longer positive definite."""
+"""Largest spread of a logarithm, a strain or a displacement [m]. Far beyond it the bodies of one
+robot differ by more digits than a double has, and M is no longer numerically positive definite."""
 
 
 def changed_pseudo_inertia(J: Array, factor: Array, displacement: Array, strain: Array) -> Array:
-    """Bodies of scaled mass, displaced centre and deformed shape; a massless one stays as it is.
+    """Bodies of scaled mass, displaced centre and deformed shape; massless ones do not change.
 
         s T J T^T,   T = [[F, c + d - F c], [0, 1]],   F = exp(strain)
 
-    Computed about the centre of mass c and from a root of the second moments there, so that
-    rounding cannot make it indefinite either.
+    The computation uses a root of the second moments about the centre of mass c, so that rounding
+    cannot make the result indefinite.
 
     Args:
         J: Pseudo-inertias, shape (..., 4, 4) [kg m^2, kg m, kg].
-        factor: s > 0, shape (...).
-        displacement: d, shape (..., 3) [m].
-        strain: Symmetric, shape (..., 3, 3): logarithms of lengths, and shears.
+        factor: Factor s > 0 of the mass, shape (...).
+        displacement: Displacement d of the centre, shape (..., 3) [m].
+        strain: Symmetric strain, shape (..., 3, 3): logarithms of lengths, and shears.
 
     Returns:
         Shape (..., 4, 4), positive (semi)definite.
@@ -51,14 +52,14 @@ def changed_pseudo_inertia(J: Array, factor: Array, displacement: Array, strain:
 
 
 def _square(c: Array) -> Array:
-    """The products c c^T, shape (..., 3, 3)."""
+    """Products c c^T, shape (..., 3, 3)."""
     return c[..., :, None] * c[..., None, :]
 
 
 def perturbed_pseudo_inertia(
     J: Array, rng: np.random.Generator, mass: float, centre: float, shape: float
 ) -> Array:
-    """Draw bodies near the bodies J: scaled mass, displaced centre, deformed shape.
+    """Random bodies near the bodies J: scaled mass, displaced centre, deformed shape.
 
     Args:
         J: Pseudo-inertias, shape (..., 4, 4) [kg m^2, kg m, kg].
@@ -68,7 +69,7 @@ def perturbed_pseudo_inertia(
         shape: Standard deviation of the logarithm of lengths, along any direction.
 
     Returns:
-        The drawn pseudo-inertias, shape (..., 4, 4); positive (semi)definite as J are.
+        Pseudo-inertias, shape (..., 4, 4); positive (semi)definite as J are.
     """
     normals = rng.standard_normal((*J.shape[:-2], 13))
     strain = shape * normals[..., 4:].reshape(*J.shape[:-2], 3, 3)
@@ -96,7 +97,7 @@ def pseudo_inertia(parameters: Array) -> Array:
 
 
 def inertial_parameters(J: Array) -> Array:
-    """The inverse of `pseudo_inertia`: shape (..., 10) of shape (..., 4, 4).
+    """Inertial parameters, shape (..., 10), of pseudo-inertias, shape (..., 4, 4).
 
     I = tr(S) 1 - S,   S = J[:3, :3]
     """
@@ -107,7 +108,7 @@ def inertial_parameters(J: Array) -> Array:
 
 
 def inertial_weights(parameters: Array) -> Array:
-    """Scale of the inertial parameters for an adaptive law, shape (10 N,) of (N, 10).
+    """Scale of the inertial parameters, shape (N, 10), for an adaptive law, shape (10 N,).
 
         W = m (1, r^2, r^2, r^2, r^4, ..., r^4) for every body,   r^2 = tr I/(2 m)
 
@@ -115,8 +116,8 @@ def inertial_weights(parameters: Array) -> Array:
     Parameters that are moved by W times a gradient move in proportion to the body's own.
     """
     mass, square = parameters[:, 0], parameters[:, [4, 6, 9]].sum(axis=1) / 2.0  # m, m r^2
-    some = mass > 0
-    r2 = np.where(some, square, 0.0) / np.where(some, mass, 1.0)
+    massive = mass > 0
+    r2 = np.where(massive, square, 0.0) / np.where(massive, mass, 1.0)
     weights = np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1)
     return weights.ravel()
 

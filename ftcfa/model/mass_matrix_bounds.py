@@ -10,7 +10,7 @@ from ftcfa.arrays import Array
 
 
 class HasMassMatrix(Protocol):
-    """What the bounds need of an arm."""
+    """The part of an arm that the bounds need."""
 
     @property
     def n(self) -> int:
@@ -37,7 +37,10 @@ class HasMassMatrix(Protocol):
 
 
 def joint_box(arm: HasMassMatrix) -> tuple[Array, Array]:
-    """The joint range, shape (n,) each [rad or m]; an unlimited joint counts as [-pi, pi]."""
+    """Lower and upper end of the joint range, shape (n,) each [rad or m].
+
+    An unlimited joint has the range [-pi, pi].
+    """
     lower = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
     upper = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
     return lower, upper
@@ -48,8 +51,9 @@ def mass_matrix_bounds(
 ) -> tuple[float, float]:
     """Smallest and largest eigenvalue of M over the joint range: Mmin, Mmax of Assumption 3.
 
-    Random sampling finds ``starts`` promising postures, a bounded quasi-Newton search improves
-    each; deterministic. The result is the best posture found, not a proof of optimality.
+    A bounded quasi-Newton search starts from the ``starts`` best of ``samples`` random postures,
+    which are always the same. The result is the best posture of these searches, without proof
+    that there is no better one.
 
     Returns:
         (Mmin, Mmax) [kg m^2 for revolute joints, kg for prismatic ones].
@@ -81,16 +85,16 @@ def quadratic_gradient(arm: HasMassMatrix, q: Array, x: Array) -> Array:
 def least(
     objective: Callable[[Array], tuple[float, Array]], q: Array, arm: HasMassMatrix
 ) -> tuple[float, Array]:
-    """A local minimum over the joint range, by a bounded quasi-Newton search from a posture.
+    """Local minimum over the joint range, by a bounded quasi-Newton search from a posture.
 
     Args:
-        objective: Gives value and gradient at a posture.
-        q: Where the search begins, shape (n,).
-        arm: Whose joint range it is.
+        objective: Function of a posture that returns value and gradient.
+        q: Posture at which the search begins, shape (n,).
+        arm: Arm with the joint range.
 
     Returns:
-        The value and the posture, never worse than the first one.
+        The value and the posture, never worse than at the beginning.
     """
     bounds = list(zip(*joint_box(arm), strict=True))
-    found = minimize(objective, q, jac=True, bounds=bounds, method="L-BFGS-B")
-    return float(found.fun), found.x
+    result = minimize(objective, q, jac=True, bounds=bounds, method="L-BFGS-B")
+    return float(result.fun), result.x

@@ -1,4 +1,4 @@
-"""Perturbed robots are possible robots, and the bounds of M bracket it (Assumption 3)."""
+"""Perturbed robots are possible robots."""
 
 import numpy as np
 import pinocchio as pin
@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from ftcfa import Arm, ParameterError, load_arm
 from ftcfa.arrays import Array
 from ftcfa.model.inertia import perturbed_pseudo_inertia
-from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds, quadratic_gradient
 
 ROUNDING = 1e-12
 """Relative to the largest entry."""
@@ -153,40 +152,3 @@ def test_the_largest_spreads_give_robots_that_can_be_computed(name: str) -> None
         M = drawn.mass_matrix(rng.uniform(-3, 3, arm.n))
         scale = np.sqrt(np.diag(M))  # joints differ by many digits: M in units of their own
         assert np.linalg.eigvalsh(M / np.outer(scale, scale))[0] > 0
-
-
-@pytest.mark.parametrize("name", ["double_pendulum", "panda", "tiago_arm"])
-def test_the_gradient_of_a_quadratic_form_is_that_of_differences(name: str) -> None:
-    arm, rng, step = ARMS[name], np.random.default_rng(4), 1e-5
-    for _ in range(10):
-        q, x = rng.uniform(-1, 1, (2, arm.n))
-        differences = [
-            x @ (arm.mass_matrix(q + d) - arm.mass_matrix(q - d)) @ x / (2 * step)
-            for d in step * np.eye(arm.n)
-        ]
-        slack = 1e-8 * np.linalg.norm(arm.mass_matrix(q))  # rounding over the step, step squared
-        np.testing.assert_allclose(quadratic_gradient(arm, q, x), differences, rtol=0, atol=slack)
-
-
-def test_bounds_of_the_pendulum_equal_its_closed_form() -> None:
-    a, b, c = (0.6 + 0.8) * 0.8**2, 0.8 * 1.2**2, 0.8 * 0.8 * 1.2
-    D = np.linspace(0, 2 * np.pi, 20001)  # absolute angles: M depends on D = q2 - q1 alone
-    root = np.hypot((a - b) / 2, c * np.cos(D))
-    lowest, highest = (a + b) / 2 - max(root), (a + b) / 2 + max(root)
-    found = mass_matrix_bounds(ARMS["double_pendulum"])
-    search = 1e-6  # a quasi-Newton search stops where the value no longer changes visibly
-    np.testing.assert_allclose(found, (lowest, highest), rtol=search)
-
-
-@pytest.mark.parametrize("name", ["double_pendulum", "ur5", "finger_edu"])
-def test_bounds_bracket_the_mass_matrix_over_the_joint_range(name: str) -> None:
-    arm = load_arm(name)
-    low, high = mass_matrix_bounds(arm)
-    assert 0 < low < high
-    assert (low, high) == mass_matrix_bounds(arm)
-    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
-    slack = 1e-3  # the search is local: another basin may be this much better
-    for q in np.random.default_rng(9).uniform(lower, upper, (500, arm.n)):
-        eigenvalues = np.linalg.eigvalsh(arm.mass_matrix(q))
-        assert eigenvalues[0] >= low * (1 - slack)
-        assert eigenvalues[-1] <= high * (1 + slack)

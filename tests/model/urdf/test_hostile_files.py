@@ -1,6 +1,5 @@
-"""Files made to harm, or damaged: refused fast, in bounded memory, with nothing else opened."""
+"""Malicious or damaged files are refused in bounded memory, and no other file is opened."""
 
-import time
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -29,10 +28,8 @@ from ..texts import (
     with_elbow,
 )
 
-SECONDS = 10.0
-"""Generous for a busy machine; a parser that expands or reads everything takes far longer."""
 MEMORY = 100 * 2**20
-"""Bytes; three times the longest text that is read at all."""
+"""Three times the longest text that is read [bytes]; the entities expand to 20 GB."""
 
 ENTITIES = "".join(f'<!ENTITY e{i} "{f"&e{i - 1};" * 10}">' for i in range(1, 11))
 LAUGHS = f'<!DOCTYPE robot [<!ENTITY e0 "ha">{ENTITIES}]>'
@@ -47,11 +44,8 @@ LAUGHS = f'<!DOCTYPE robot [<!ENTITY e0 "ha">{ENTITIES}]>'
     ],
     ids=["in the text", "in an attribute", "unused"],
 )
-def test_expanding_entities_are_refused_at_once(urdf: Callable[..., Path], text: str) -> None:
-    file, start = urdf(text), time.perf_counter()
-    sentence = sentence_of(file)
-    assert time.perf_counter() - start < SECONDS
-    assert "entit" in sentence
+def test_expanding_entities_are_refused(urdf: Callable[..., Path], text: str) -> None:
+    assert "entit" in sentence_of(urdf(text))
 
 
 DOCTYPE = (
@@ -84,19 +78,15 @@ def test_nothing_is_read_that_a_doctype_names(
 
 
 @pytest.mark.parametrize("size", [20 * 2**20, 100 * 2**20])
-def test_megabytes_of_garbage_are_refused_fast_and_in_bounded_memory(
-    tmp_path: Path, size: int
-) -> None:
+def test_megabytes_of_garbage_are_refused_in_bounded_memory(tmp_path: Path, size: int) -> None:
     file = tmp_path / "garbage.urdf"
     with file.open("wb") as stream:
         stream.write(np.random.default_rng(0).bytes(2**20))
         stream.truncate(size)
     tracemalloc.start()
-    start = time.perf_counter()
     sentence = sentence_of(file)
-    elapsed, (_, peak) = time.perf_counter() - start, tracemalloc.get_traced_memory()
+    _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert elapsed < SECONDS
     assert peak < MEMORY
     if size > 32 * 2**20:
         assert sentence == (
