@@ -27,7 +27,7 @@ LAYERS = (
     {"__main__"},
 )
 HOMES = {
-    "pinocchio": ("model.arm", "model.pinocchio_model"),
+    "pinocchio": ("model.arm", "model.pinocchio_forces", "model.pinocchio_model"),
     "matplotlib": ("report",),
     "plotly": ("report",),
 }

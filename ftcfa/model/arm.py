@@ -1,4 +1,4 @@
-"""Dynamics of an arm as numbers, computed by Pinocchio."""
+"""The dynamics of an arm as numbers, computed by Pinocchio."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -7,23 +7,19 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pinocchio as pin
+from numpy.random import Generator
 
 from ftcfa.arrays import Array, solve_spd
-from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
-from ftcfa.model.friction import check_joint_friction, damping_matrix
-from ftcfa.model.inertia import (
-    check_inertias,
-    check_spread,
-    inertial_parameters,
-    inertial_weights,
-    perturbed_pseudo_inertia,
-    pseudo_inertia,
-)
+from ftcfa.checks import known_name, vector
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.model.friction import damping_matrix
+from ftcfa.model.inertia import check_inertias, inertial_weights, perturbed_inertias
+from ftcfa.model.pinocchio_forces import TurningBase, base_coupling, torque_regressor
 from ftcfa.model.pinocchio_model import (
     body_inertias,
     frames_by_name,
     kinematic_tree,
-    on_a_free_base,
+    mass_beyond,
     with_body_inertias,
 )
 from ftcfa.model.tree import KinematicTree
@@ -34,12 +30,12 @@ from ftcfa.parts import Parameter, Parameters, number_field, number_fields
 class Arm:
     """A fixed-base arm: a Pinocchio model and the linear map q_model = G q + g0.
 
-    The map carries mimic joints (and so the paper's absolute angles) and locked joints, whose
-    rows of G are zero. Coordinates q and velocities v are n-vectors: every joint has one of each.
+    The map expresses mimic joints (and with them the paper's absolute angles) and locked joints,
+    whose rows of G are zero. Every joint has one coordinate, so q and v are n-vectors.
 
         M = G^T M_model G,   C = G^T C_model G,   h = G^T h_model,   D = G^T D_model G
 
-    One Arm serves one thread at a time (Pinocchio's work space belongs to it).
+    An Arm owns Pinocchio's work space: use it in one thread at a time.
 
     Attributes:
         name: The robot's name or file.
@@ -55,8 +51,8 @@ class Arm:
         damping: Viscous friction of the model's joints, shape (N,) [N m s/rad or N s/m].
         friction: Coulomb friction of the model's joints, shape (N,) [N m or N].
         home: A posture to start from, shape (n,) [rad or m].
-        warnings: What the lint found odd but usable.
-        source: What loaded it, as plain data: enough to load it again.
+        warnings: Warnings about the URDF.
+        source: Arguments that load the arm again, as plain data.
     """
 
     name: str
@@ -95,16 +91,14 @@ class Arm:
     @property
     def moving_mass(self) -> float:
         """Mass of all bodies that some coordinate moves [kg]."""
-        moved = np.concatenate([[False], self.G.any(axis=1)])  # joint 0 is the fixed base
-        bodies = zip(self.model.inertias[1:], self.model.supports[1:], strict=True)
-        return float(sum(body.mass for body, above in bodies if any(moved[j] for j in above)))
+        return mass_beyond(self.model, np.flatnonzero(self.G.any(axis=1)).tolist())
 
     @property
     def inertias(self) -> Array:
         """Inertial parameters of the model's N bodies in their joint frames, shape (N, 10).
 
-        A row is m, m c (3), and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's origin
-        [kg, kg m, kg m^2].
+        Each row is m [kg], m c (3) [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's
+        origin [kg m^2].
         """
         return body_inertias(self.model)
 
@@ -117,8 +111,8 @@ class Arm:
         """The same arm with other inertial parameters, shape (N, 10) as in `inertias`.
 
         Raises:
-            ShapeError: If they are not of that shape.
-            ParameterError: If no body can have them.
+            ShapeError: If the shape is wrong.
+            ParameterError: If no body can have these parameters.
         """
         self.check_inertias(inertias)
         model = with_body_inertias(self.model, inertias)
@@ -131,13 +125,14 @@ class Arm:
         """The same arm with other ``damping`` or ``friction`` of its joints, shape (N,) each.
 
         Raises:
-            ShapeError: If they are not of that shape.
-            ParameterError: If one is negative or not finite.
+            ShapeError: If a shape is wrong, or a coefficient is not finite.
+            ParameterError: If a coefficient is negative.
         """
         given: dict[str, Any] = {"damping": damping, "friction": friction}
         given = {name: values for name, values in given.items() if values is not None}
         for name, values in given.items():
-            check_joint_friction(f"{name} of {self.name}", values, len(self.g0))
+            given[name] = vector(f"{name} of {self.name}", values, len(self.g0), field=name)
+            self.check_joint_friction(given[name])
         lists = {name: values.tolist() for name, values in given.items()}
         return replace(self, **given, source={**(self.source or {}), **lists})
 
@@ -166,7 +161,7 @@ class Arm:
 
     @property
     def frame_names(self) -> tuple[str, ...]:
-        """Links and joints of the URDF: what `frame_jacobian` knows."""
+        """Names of the links and joints of the URDF, as `frame_jacobian` takes them."""
         return tuple(self._frames)
 
     @cached_property
@@ -174,15 +169,14 @@ class Arm:
         return frames_by_name(self.model)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the work spaces, which belong to this object."""
-        own = self.__dict__.keys() - {"_data", "_frames", "_free_flyer"}
+        """State without Pinocchio's work space, which belongs to this object."""
+        own = self.__dict__.keys() - {"_data", "_frames", "_turning_base"}
         return {key: self.__dict__[key] for key in own}
 
     def _check_shape(self, symbol: str, x: Array) -> None:
         if np.shape(x) != (self.n,):
-            raise ShapeError(
-                f"{symbol} of {self.name}", f"shape {np.shape(x)}", f"shape ({self.n},)"
-            )
+            got, expected = f"shape {np.shape(x)}", f"shape ({self.n},)"
+            raise ShapeError(f"{symbol} of {self.name}", got, expected)
 
     def _model_q(self, q: Array) -> Array:
         self._check_shape("q", q)
@@ -203,7 +197,7 @@ class Arm:
         return self.G.T @ C @ self.G
 
     def potential_force(self, q: Array) -> Array:
-        """h(q), the gravity torque, shape (n,) [N m or N]."""
+        """h(q), the force against gravity, shape (n,) [N m or N]."""
         h = pin.computeGeneralizedGravity(self.model, self._data, self._model_q(q))
         return self.G.T @ h
 
@@ -221,30 +215,20 @@ class Arm:
         b = pin.nonLinearEffects(self.model, self._data, self._model_q(q), self._model_v(v))
         return self.G.T @ b + self.friction_force(v)
 
-    def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
+    def regressor(self, q: Array, v: Array, v_r: Array, a_r: Array) -> Array:
         """Y(q, v, v_r, a_r), shape (n, 10 N), linear in the inertial parameters p = `inertias`.
 
             Y p = M a_r + C(q, v) v_r + h
 
-        C v_r is bilinear and symmetric in v and v_r (Christoffel's C), so that it is a quarter of
-        the difference of C v v at v + v_r and at v - v_r.
-
         Args:
             q: Position, shape (n,) [rad or m].
             v: Velocity, shape (n,) [rad/s or m/s].
-            wanted: v_r, shape (n,) [rad/s or m/s].
-            acceleration: a_r, shape (n,) [rad/s^2 or m/s^2].
+            v_r: Reference velocity, shape (n,) [rad/s or m/s].
+            a_r: Reference acceleration, shape (n,) [rad/s^2 or m/s^2].
         """
-        at, zero = self._model_q(q), np.zeros(len(self.g0))
-
-        def torque(v: Array, a: Array) -> Array:
-            Y = pin.computeJointTorqueRegressor(self.model, self._data, at, v, a)
-            return np.array(Y)
-
-        sum_, difference = self._model_v(v + wanted), self._model_v(v - wanted)
-        Y = torque(zero, self._model_v(acceleration))
-        Y += (torque(sum_, zero) - torque(difference, zero)) / 4.0
-        return self.G.T @ Y
+        around = self._model_v(v + v_r), self._model_v(v - v_r)
+        at, a = self._model_q(q), self._model_v(a_r)
+        return self.G.T @ torque_regressor(self.model, self._data, at, *around, a)
 
     def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
         """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
@@ -254,27 +238,21 @@ class Arm:
     def base_coupling(self, q: Array) -> Array:
         """M_qb(q), the joint-base block of the free-floating mass matrix, shape (n, 6).
 
-        An acceleration a of the base at rest (linear, then angular, world axes, at the base
-        origin) loads the joints with -M_qb a; the linear part also gives gravity,
-        h(q) = -M_qb[linear] g. Taken from the centroidal momentum matrix, shifted from the centre
-        of mass to the base origin.
+        An acceleration a of the base (linear, then angular, world axes, at the base origin) loads
+        the joints with -M_qb a. The linear part also gives gravity, h(q) = -M_qb[linear] g.
         """
-        A = pin.computeCentroidalMap(self.model, self._data, self._model_q(q))
-        A = A.reshape(6, -1)  # for a single joint Pinocchio drops the second dimension
-        linear, angular = A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]
-        return self.G.T @ np.vstack([linear, angular]).T
+        return self.G.T @ base_coupling(self.model, self._data, self._model_q(q))
 
     def frame_jacobian(self, frame: str, q: Array) -> Array:
         """Jacobian of a link or joint of the URDF, shape (6, n).
 
-        It maps v to the velocity of the frame's origin and its angular velocity, in world axes;
-        its transpose maps a force and a moment there to joint forces.
+        It maps v to the velocity of the frame's origin and its angular velocity, in world axes.
+        Its transpose maps a force and a moment at the frame's origin to joint forces.
 
         Raises:
-            UnknownNameError: If there is no such frame; it lists those there are.
+            UnknownNameError: If there is no such frame; the message lists the frames.
         """
-        if frame not in self._frames:
-            raise UnknownNameError(f"frame of {self.name}", str(frame), self.frame_names)
+        known_name(f"frame of {self.name}", frame, self._frames)
         number = self.model.getFrameId(frame, self._frames[frame].type)
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         J = pin.computeFrameJacobian(self.model, self._data, self._model_q(q), number, axes)
@@ -285,31 +263,19 @@ class Arm:
 
             c_cent(q; omega, omega) + c_cor(q; omega, v)
 
-        It stands beside C v + h where the base turns with ``omega`` (axes that turn with it,
-        shape (3,) [rad/s]); the Coriolis part does no work, v^T c_cor = 0.
+        It is added to C v + h if the base turns with ``omega``, shape (3,) [rad/s], in the axes
+        of the base. The Coriolis part does no work, v^T c_cor = 0.
         """
-        motion = np.concatenate([np.zeros(3), omega, self._model_v(v)])
-        still = np.concatenate([np.zeros(6), self._model_v(v)])
-        base = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-        at = np.concatenate([base, self._model_q(q)])
-        free, data = self._free_flyer
-        turning = pin.nonLinearEffects(free, data, at, motion)[6:].copy()
-        return self.G.T @ (turning - pin.nonLinearEffects(free, data, at, still)[6:])
+        return self.G.T @ self._turning_base.force(self._model_q(q), self._model_v(v), omega)
 
     @cached_property
-    def _free_flyer(self) -> tuple[pin.Model, pin.Data]:
-        free = on_a_free_base(self.model)
-        return free, free.createData()
+    def _turning_base(self) -> TurningBase:
+        return TurningBase(self.model)
 
     def perturbed(
-        self,
-        rng: np.random.Generator,
-        *,
-        mass: float = 0.1,
-        centre: float = 0.01,
-        shape: float = 0.05,
+        self, rng: Generator, *, mass: float = 0.1, centre: float = 0.01, shape: float = 0.05
     ) -> "Arm":
-        """The same arm with every moving body drawn anew: the paper's M = Mbar + dM.
+        """The same arm with a random change of every body: the paper's M = Mbar + dM.
 
         Each pseudo-inertia stays positive (semi)definite, so every draw is a possible robot.
 
@@ -320,12 +286,9 @@ class Arm:
             shape: Standard deviation of the logarithm of lengths of each body.
 
         Raises:
-            ParameterError: If a spread is no number from 0 to LARGEST_SPREAD.
+            ParameterError: If a spread is not a number from 0 to LARGEST_SPREAD.
         """
-        for name, spread in (("mass", mass), ("centre", centre), ("shape", shape)):
-            check_spread(f"perturbation '{name}'", spread)
-        J = perturbed_pseudo_inertia(pseudo_inertia(self.inertias), rng, mass, centre, shape)
-        return self.with_inertias(inertial_parameters(J))
+        return self.with_inertias(perturbed_inertias(self.inertias, rng, mass, centre, shape))
 
     varies: ClassVar[Parameters] = {
         **number_fields("G", "g0", "home", "lower", "upper", "velocity_limit"),

@@ -56,29 +56,36 @@ def _square(c: Array) -> Array:
     return c[..., :, None] * c[..., None, :]
 
 
-def perturbed_pseudo_inertia(
-    J: Array, rng: np.random.Generator, mass: float, centre: float, shape: float
+def perturbed_inertias(
+    parameters: Array, rng: np.random.Generator, mass: float, centre: float, shape: float
 ) -> Array:
-    """Random bodies near the bodies J: scaled mass, displaced centre, deformed shape.
+    """Random bodies near given ones: scaled mass, displaced centre, deformed shape.
 
     Args:
-        J: Pseudo-inertias, shape (..., 4, 4) [kg m^2, kg m, kg].
+        parameters: Inertial parameters as in `Arm.inertias`, shape (..., 10).
         rng: Source of randomness.
         mass: Standard deviation of the logarithm of the mass.
         centre: Standard deviation of each coordinate of the centre of mass [m].
         shape: Standard deviation of the logarithm of lengths, along any direction.
 
     Returns:
-        Pseudo-inertias, shape (..., 4, 4); positive (semi)definite as J are.
+        Inertial parameters, shape (..., 10); possible bodies if the given ones are.
+
+    Raises:
+        ParameterError: If a spread is not a number from 0 to LARGEST_SPREAD.
     """
-    normals = rng.standard_normal((*J.shape[:-2], 13))
-    strain = shape * normals[..., 4:].reshape(*J.shape[:-2], 3, 3)
-    return changed_pseudo_inertia(
-        J,
+    for name, spread in (("mass", mass), ("centre", centre), ("shape", shape)):
+        check_spread(f"perturbation '{name}'", spread)
+    bodies = parameters.shape[:-1]
+    normals = rng.standard_normal((*bodies, 13))
+    strain = shape * normals[..., 4:].reshape(*bodies, 3, 3)
+    J = changed_pseudo_inertia(
+        pseudo_inertia(parameters),
         np.exp(mass * normals[..., 0]),
         centre * normals[..., 1:4],
         (strain + np.swapaxes(strain, -1, -2)) / 2,
     )
+    return inertial_parameters(J)
 
 
 def pseudo_inertia(parameters: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Pinocchio's models: built from a URDF, given other inertias, freed from their base, read out."""
+"""Pinocchio's models: built from a URDF, given other inertias, read as plain arrays."""
 
 import numpy as np
 import pinocchio as pin
@@ -33,6 +33,13 @@ def body_inertias(model: pin.Model) -> Array:
     return np.array([body.toDynamicParameters() for body in model.inertias[1:]])
 
 
+def mass_beyond(model: pin.Model, joints: list[int]) -> float:
+    """Mass of all bodies that at least one of the joints, numbers from 0 to N - 1, moves [kg]."""
+    numbers = {joint + 1 for joint in joints}  # Pinocchio's joint 0 is the fixed base
+    bodies = zip(model.inertias[1:], model.supports[1:], strict=True)
+    return float(sum(body.mass for body, above in bodies if numbers.intersection(above)))
+
+
 def with_body_inertias(model: pin.Model, inertias: Array) -> pin.Model:
     """Copy of a model with other inertial parameters, shape (N, 10)."""
     model = model.copy()
@@ -47,18 +54,6 @@ def _body(row: Array) -> pin.Inertia:
         return pin.Inertia.FromDynamicParameters(row)
     xx, xy, yy, xz, yz, zz = row[4:]
     return pin.Inertia(0.0, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-
-
-def on_a_free_base(model: pin.Model) -> pin.Model:
-    """The same joints and bodies on a base that is free to move, without gravity."""
-    free = pin.Model()
-    free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
-    for i in range(1, model.njoints):
-        parent = model.parents[i] + 1
-        free.addJoint(parent, model.joints[i], model.jointPlacements[i], model.names[i])
-        free.appendBodyToJoint(i + 1, model.inertias[i], pin.SE3.Identity())
-    free.gravity.linear = np.zeros(3)
-    return free
 
 
 def frames_by_name(model: pin.Model) -> dict[str, pin.Frame]:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ftcfa import Arm, ParameterError, load_arm
 from ftcfa.arrays import Array
-from ftcfa.model.inertia import perturbed_pseudo_inertia
+from ftcfa.model.inertia import inertial_parameters, perturbed_inertias, pseudo_inertia
 
 ROUNDING = 1e-12
 """Relative to the largest entry."""
@@ -93,16 +93,23 @@ def body_of_unit_density() -> Array:
     return J
 
 
+def perturbed_body(
+    J: Array, rng: np.random.Generator, mass: float, centre: float, shape: float
+) -> Array:
+    """Pseudo-inertia of a random body near the body J."""
+    return pseudo_inertia(perturbed_inertias(inertial_parameters(J), rng, mass, centre, shape))
+
+
 def test_a_pure_change_of_mass_scales_the_body() -> None:
     J = body_of_unit_density()
-    drawn = perturbed_pseudo_inertia(J, np.random.default_rng(1), 0.3, 0.0, 0.0)
+    drawn = perturbed_body(J, np.random.default_rng(1), 0.3, 0.0, 0.0)
     assert drawn[3, 3] != J[3, 3]
     np.testing.assert_allclose(drawn, J * drawn[3, 3] / J[3, 3], rtol=ROUNDING)
 
 
 def test_a_pure_displacement_moves_the_centre_and_nothing_else() -> None:
     J = body_of_unit_density()
-    drawn = perturbed_pseudo_inertia(J, np.random.default_rng(1), 0.0, 0.1, 0.0)
+    drawn = perturbed_body(J, np.random.default_rng(1), 0.0, 0.1, 0.0)
     before, after = pin.PseudoInertia.FromMatrix(J), pin.PseudoInertia.FromMatrix(drawn)
     assert np.linalg.norm(after.toInertia().lever - before.toInertia().lever) > 0.01
     assert after.mass == pytest.approx(before.mass, rel=ROUNDING)
@@ -113,7 +120,7 @@ def test_a_pure_displacement_moves_the_centre_and_nothing_else() -> None:
 
 def test_a_pure_deformation_keeps_mass_and_centre() -> None:
     J = body_of_unit_density()
-    drawn = perturbed_pseudo_inertia(J, np.random.default_rng(1), 0.0, 0.0, 0.1)
+    drawn = perturbed_body(J, np.random.default_rng(1), 0.0, 0.0, 0.1)
     np.testing.assert_allclose(drawn[3], J[3], rtol=ROUNDING)
     assert np.max(np.abs(drawn[:3, :3] - J[:3, :3])) > 1e-4
 
@@ -122,14 +129,14 @@ def test_spreads_are_the_standard_deviations_that_they_say() -> None:
     draws, J, rng = 4000, body_of_unit_density(), np.random.default_rng(2)
     # A sample standard deviation of 4000 normal numbers errs by 1/sqrt(8000) = 1.1 %, one sigma:
     five_sigma = 5 / np.sqrt(2 * draws)  # wrong for one seed in a million
-    samples = [perturbed_pseudo_inertia(J, rng, 0.2, 0.03, 0.0) for _ in range(draws)]
+    samples = [perturbed_body(J, rng, 0.2, 0.03, 0.0) for _ in range(draws)]
     masses = np.log([drawn[3, 3] / 2 for drawn in samples])
     centres = np.array([drawn[:3, 3] / drawn[3, 3] for drawn in samples])
     assert np.std(masses) == pytest.approx(0.2, rel=five_sigma)
     np.testing.assert_allclose(np.std(centres, axis=0), 0.03, rtol=five_sigma)
     shape = 0.01  # small, so that the length along an axis changes by its own strain alone
     ball = np.diag([1.0, 1.0, 1.0, 2.0])
-    balls = [perturbed_pseudo_inertia(ball, rng, 0.0, 0.0, shape) for _ in range(draws)]
+    balls = [perturbed_body(ball, rng, 0.0, 0.0, shape) for _ in range(draws)]
     lengths = np.log([np.sqrt(np.diag(drawn)[:3]) for drawn in balls])
     np.testing.assert_allclose(np.std(lengths, axis=0), shape, rtol=five_sigma + 2 * shape)
 
