@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -17,14 +17,14 @@ class PaperPendulum:
         C = [[0, -m2 l1 l2 sin D v2], [m2 l1 l2 sin D v1, 0]]
         h = [(m1+m2) g l1 sin q1, m2 g l2 sin q2]
 
-    ``as_printed`` takes C from the paper's text, misprints and all: C21 has cos D for sin D, and
-    C22 = 1, which drags link 2 with 1 N m s/rad against the world. Its M' - 2 C is not skew.
+    ``as_printed`` takes C from the paper's text with its misprints: C21 has cos D instead of sin D,
+    and C22 = 1, a friction of 1 N m s/rad between link 2 and the world. Its M' - 2 C is not skew.
 
     Attributes:
         m: Masses, shape (2,) [kg].
         l: Lengths, shape (2,) [m].
         g: Gravity [m/s^2].
-        as_printed: Whether C carries the paper's misprints.
+        as_printed: Whether C has the paper's misprints.
         effort_limit: u*, shape (2,) [N m].
     """
 
@@ -32,7 +32,7 @@ class PaperPendulum:
     l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
     g: float = 9.8
     as_printed: bool = False
-    effort_limit: Array = field(default_factory=lambda: np.array([15.0, 15.0]))
+    effort_limit: Traceable = field(default_factory=lambda: np.array([15.0, 15.0]))
 
     varies: ClassVar[Parameters] = number_fields("m", "l", "g", "effort_limit")
 
@@ -42,16 +42,16 @@ class PaperPendulum:
 
     @property
     def home(self) -> Array:
-        """Hanging straight down, shape (2,) [rad]."""
+        """The posture that hangs straight down, shape (2,) [rad]."""
         return np.zeros(2)
 
-    def mass_matrix(self, q: Array) -> Array:
+    def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (2, 2) [kg m^2]."""
         (m1, m2), (l1, l2) = self.m, self.l
         coupling = m2 * l1 * l2 * np.cos(q[1] - q[0])
         return np.stack([np.stack([(m1 + m2) * l1**2, coupling]), np.stack([coupling, m2 * l2**2])])
 
-    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+    def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v), shape (2, 2) [N m s/rad]."""
         (_, m2), (l1, l2) = self.m, self.l
         sine, cosine = np.sin(q[1] - q[0]), np.cos(q[1] - q[0])
@@ -60,23 +60,23 @@ class PaperPendulum:
         c22 = 1.0 if self.as_printed else 0.0
         return np.stack([np.stack([0.0, c12]), np.stack([c21, c22])])
 
-    def potential_force(self, q: Array) -> Array:
+    def potential_force(self, q: Traceable) -> Traceable:
         """h(q), shape (2,) [N m]."""
         (m1, m2), (l1, l2) = self.m, self.l
         return self.g * np.array([(m1 + m2) * l1, m2 * l2]) * np.sin(q)
 
-    def damping_matrix(self, v: Array) -> Array:  # noqa: ARG002
-        """No friction: zero, shape (2, 2)."""
+    def damping_matrix(self, v: Traceable) -> Traceable:  # noqa: ARG002
+        """D(v) = 0: no friction, shape (2, 2)."""
         return np.zeros((2, 2))
 
-    def bias_force(self, q: Array, v: Array) -> Array:
+    def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q), shape (2,) [N m]."""
         return self.coriolis_matrix(q, v) @ v + self.potential_force(q)
 
-    def base_coupling(self, q: Array) -> Array:
-        """M_qb(q) for a base that does not turn: columns x and z filled, shape (2, 6) [kg m].
+    def base_coupling(self, q: Traceable) -> Traceable:
+        """M_qb(q) for a base that does not turn, shape (2, 6) [kg m].
 
-        The rotational columns are zero: the printed model knows no turning base.
+        Only the columns of x and z are not zero: the printed model has no turning base.
         """
         (m1, m2), (l1, l2) = self.m, self.l
         moment = np.array([(m1 + m2) * l1, m2 * l2])

@@ -1,7 +1,7 @@
-"""An arm's dynamics as CasADi expressions, proven against Pinocchio when built.
+"""The dynamics of an arm as CasADi expressions, compared with Pinocchio when they are built.
 
-The recursions run over the Arm's own constants, which fold: what remains is the arithmetic that
-this one robot needs.
+The recursions use the constants of one Arm. CasADi folds them, so that the expressions contain
+only the arithmetic that this robot needs.
 """
 
 from collections.abc import Callable
@@ -27,11 +27,12 @@ AGREEMENT = 1e-9
 NEGLIGIBLE = 1e-6
 """Quantities whose largest entry is below this are compared absolutely [SI units]."""
 CHECKED_STATES = 8
+"""Number of random states at which the expressions are compared."""
 
 
 @dataclass(frozen=True, eq=False)
 class TracedArm:
-    """The twin of an Arm: the same methods, on symbols.
+    """The twin of an Arm: the same methods, for symbols.
 
     Attributes:
         joint_names: Names of the coordinates.
@@ -39,16 +40,16 @@ class TracedArm:
         home: A posture to start from, shape (n,).
         lower: Lower joint limits, shape (n,).
         upper: Upper joint limits, shape (n,).
-        velocity_limit: Shape (n,).
-        gravity: The gravity field, shape (3,) [m/s^2].
-        linear_map: G, shape (N, n); a constant here, so not of the Arm's name.
-        damping: Viscous friction, shape (N,).
-        friction: Coulomb friction, shape (N,).
-        chain: The geometry.
+        velocity_limit: Velocity limits, shape (n,).
+        gravity: Gravity field, shape (3,) [m/s^2].
+        linear_map: G of the Arm, shape (N, n); a constant here, hence another name.
+        damping: Viscous friction, shape (N,); numbers, or symbols if it is an input.
+        friction: Coulomb friction, shape (N,); likewise.
+        chain: Geometry and recursions.
         bodies: Regrouped inertial parameters of the moving joints' bodies, one after the other,
-            shape (moving ENTRIES,): numbers, or symbols where they are to be inputs.
-        effort_limit: u*, shape (n,) [N m or N], likewise.
-        inertial_weights: Of the Arm; a constant here, whatever the bodies.
+            shape (moving ENTRIES,); likewise.
+        effort_limit: u*, shape (n,) [N m or N]; likewise.
+        inertial_weights: Weights of the Arm; a constant here, whatever the bodies are.
     """
 
     joint_names: tuple[str, ...]
@@ -59,11 +60,11 @@ class TracedArm:
     velocity_limit: Array
     gravity: Array
     linear_map: Array
-    damping: Array
-    friction: Array
+    damping: Traceable
+    friction: Traceable
     chain: Chain
-    bodies: Array
-    effort_limit: Array
+    bodies: Traceable
+    effort_limit: Traceable
     inertial_weights: Array
 
     @classmethod
@@ -93,7 +94,7 @@ class TracedArm:
         return len(self.joint_names)
 
     def regrouped(self, inertias: Array) -> Array:
-        """Inertial parameters as in `Arm.inertias` regrouped, shape (paths, moving ENTRIES)."""
+        """Regrouped inertial parameters, shape (paths, moving ENTRIES), of those of an Arm."""
         regrouping = self.chain.regrouping
         rows = inertias.reshape(len(inertias), regrouping.shape[1])
         return np.einsum("pj,ij->pi", rows, regrouping)
@@ -110,14 +111,14 @@ class TracedArm:
 
     @cached_property
     def _inertia(self) -> ca.Function:
-        """Q -> M (n, n), M_qb (n, 6)."""
+        """Function q -> M (n, n), M_qb (n, 6)."""
         q, G = ca.SX.sym("q", self.n), self.chain.G
         M, coupling = self.chain.composite_inertia(G @ q + self.chain.g0, self._bodies)
         return self._function("inertia", [q], [G.T @ M @ G, G.T @ coupling])
 
     @cached_property
     def _forces(self) -> ca.Function:
-        """Q, v -> C v + h (n,)."""
+        """Function q, v -> C v + h (n,)."""
         q, v, G = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), self.chain.G
         force = self.chain.inverse_dynamics(
             G @ q + self.chain.g0, G @ v, self._bodies, self.chain.gravity, ca.SX(3, 1)
@@ -126,7 +127,7 @@ class TracedArm:
 
     @cached_property
     def _rotation_forces(self) -> ca.Function:
-        """Q, v, omega -> c_cent + c_cor (n,)."""
+        """Function q, v, omega -> c_cent + c_cor (n,)."""
         q, v, omega = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), ca.SX.sym("omega", 3)
         chain, G = self.chain, self.chain.G
 
@@ -142,21 +143,21 @@ class TracedArm:
 
     @cached_property
     def _parameters(self) -> ca.SX:
-        """The symbols of the bodies, as an input of the functions; empty for numbers."""
+        """Symbols of the bodies as an input of the functions; empty if the bodies are numbers."""
         symbolic = isinstance(self.bodies, SymbolArray)
         return column(self.bodies) if symbolic else ca.SX(0, 1)
 
     @cached_property
     def _bodies(self) -> list[Body]:
-        """The bodies, entries that regrouping always clears being zero."""
-        felt = ca.DM(self.chain.regrouping.any(axis=1).astype(float))
-        return bodies_of(column(self.bodies) * felt)
+        """The bodies; parameters that regrouping makes zero for any inertia are exact zeros."""
+        nonzero = ca.DM(self.chain.regrouping.any(axis=1).astype(float))
+        return bodies_of(column(self.bodies) * nonzero)
 
-    def mass_matrix(self, q: Array) -> Array:
+    def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (n, n)."""
         return array(self._inertia(column(q), self._parameters)[0], 2)
 
-    def coriolis_matrix(self, q: Array, v: Array) -> Array:
+    def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) from Christoffel's symbols, shape (n, n).
 
         C = (M' + J - J^T)/2,   J = d(M v)/dq,   M' = sum_k dM/dq_k v_k
@@ -171,30 +172,30 @@ class TracedArm:
         rate = ca.reshape(ca.jtimes(ca.vec(M), q, v), self.n, self.n)
         return self._function("coriolis", [q, v], [(rate + J - J.T) / 2])
 
-    def potential_force(self, q: Array) -> Array:
+    def potential_force(self, q: Traceable) -> Traceable:
         """h(q), shape (n,)."""
         return array(self._forces(column(q), ca.DM.zeros(self.n), self._parameters), 1)
 
-    def damping_matrix(self, v: Array) -> Array:
+    def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v), shape (n, n); see `ftcfa.model.friction.damping_matrix`."""
         return damping_matrix(self.linear_map, self.damping, self.friction, v)
 
-    def friction_force(self, v: Array) -> Array:
+    def friction_force(self, v: Traceable) -> Traceable:
         """f(v), shape (n,)."""
         return self.damping_matrix(v) @ v
 
-    def bias_force(self, q: Array, v: Array) -> Array:
+    def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q) + f(v), shape (n,)."""
         force = self._forces(column(q), column(v), self._parameters)
         return array(force, 1) + self.friction_force(v)
 
-    def regressor(self, q: Array, v: Array, wanted: Array, acceleration: Array) -> Array:
+    def regressor(self, q: Traceable, v: Traceable, v_r: Traceable, a_r: Traceable) -> Traceable:
         """Y(q, v, v_r, a_r), shape (n, 10 N); see `Arm.regressor`."""
-        return array(self._regressor(*map(column, (q, v, wanted, acceleration))), 2)
+        return array(self._regressor(*map(column, (q, v, v_r, a_r))), 2)
 
     @cached_property
     def _regressor(self) -> ca.Function:
-        """The Jacobian of M a_r + C v_r + h in the inertial parameters."""
+        """Function q, v, v_r, a_r -> Jacobian of M a_r + C v_r + h in the inertial parameters."""
         q, v, w, a = (ca.SX.sym(name, self.n) for name in ("q", "v", "w", "a"))
         chain, G = self.chain, self.chain.G
         regrouping = ca.sparsify(ca.DM(chain.regrouping))
@@ -210,21 +211,21 @@ class TracedArm:
         torque = M @ G @ a + rotation + force(ca.SX(self.n, 1), chain.gravity)
         return ca.Function("regressor", [q, v, w, a], [ca.jacobian(G.T @ torque, p)], {"cse": True})
 
-    def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
+    def forward_dynamics(self, q: Traceable, v: Traceable, tau: Traceable) -> Traceable:
         """M^-1 (tau - C v - h - f), shape (n,)."""
         return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
 
-    def base_rotation_force(self, q: Array, v: Array, omega: Array) -> Array:
+    def base_rotation_force(self, q: Traceable, v: Traceable, omega: Traceable) -> Traceable:
         """c_cent + c_cor of a turning base, shape (n,); see `Arm.base_rotation_force`."""
         return array(
             self._rotation_forces(column(q), column(v), column(omega), self._parameters), 1
         )
 
-    def base_coupling(self, q: Array) -> Array:
+    def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
         return array(self._inertia(column(q), self._parameters)[1], 2)
 
-    def frame_jacobian(self, frame: str, q: Array) -> Array:
+    def frame_jacobian(self, frame: str, q: Traceable) -> Traceable:
         """Jacobian of a link or joint of the URDF, shape (6, n); see `Arm.frame_jacobian`."""
         chain = self.chain
         J = chain.jacobian(chain.G @ column(q) + chain.g0, frame)
@@ -240,7 +241,7 @@ def traced(arm: Arm) -> TracedArm:
     Raises:
         TracingError: If any quantity differs by more than AGREEMENT.
     """
-    try:  # the twin of before, unless someone has changed the Pinocchio model since
+    try:  # the earlier twin, unless the Pinocchio model has changed since
         _check(arm, _twins[arm])
     except (KeyError, TracingError):
         _twins[arm] = TracedArm.of(arm)
@@ -249,10 +250,10 @@ def traced(arm: Arm) -> TracedArm:
 
 
 def _check(arm: Arm, twin: TracedArm) -> None:
-    """Raise TracingError unless a twin agrees with Pinocchio in what every loop computes.
+    """Raise TracingError unless a twin agrees with Pinocchio in the quantities of every loop.
 
-    What few laws use (Coriolis matrix, base rotation) is built when asked for; the proof of the
-    traced loop covers it then.
+    Quantities that few laws use (Coriolis matrix, base rotation) are built when a law needs them;
+    the comparison of the traced loop with the interpreted one then covers them.
     """
     rng = np.random.default_rng(0)
     quantities: dict[str, tuple[Callable[..., Array], Callable[..., Array], int]] = {
