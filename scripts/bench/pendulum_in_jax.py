@@ -1,4 +1,4 @@
-"""The paper's pendulum loop by hand in JAX and in diffrax: the rivals of `bench.py`.
+"""The paper's pendulum loop by hand in JAX and in diffrax.
 
 The equations are those of `ftcfa.control.ftcf` and `ftcfa.model.pendulum`, written as a user of
 these libraries would: one path as functions of small arrays, `vmap` over paths, `lax.scan` over
@@ -44,18 +44,18 @@ class State(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """What goes from call to call."""
+    """State that one call hands to the next."""
 
     y: State
     """States of the paths, along the first axis of each array."""
     keys: jax.Array
-    """Of the random numbers."""
+    """Keys of the random numbers."""
     tick: jax.Array
     """Number of the sample."""
 
 
 def sig(x: jax.Array, a: float) -> jax.Array:
-    """sign(x) |x|^a; the exponential of a logarithm as in `ftcfa`, for it is faster than pow."""
+    """sign(x) |x|^a by the exponential of a logarithm as in `ftcfa`, which is faster than pow."""
     return jnp.sign(x) * jnp.exp(a * jnp.log(jnp.maximum(jnp.abs(x), 1e-300)))
 
 
@@ -77,12 +77,12 @@ def coupling(q: jax.Array) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]
 
 
 def virtual_control(v1: jax.Array, dq_d: jax.Array, rho: jax.Array) -> jax.Array:
-    """(7)."""
+    """Virtual control alpha of the first backstepping step, (7)."""
     return -G.c1 * sig(v1, G.kappa) - 0.75 * (1.0 + G.k1) * v1 + dq_d - rho
 
 
 def law(y: State, abar: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """(8), the gap of (11) and the learning of (9): u, Mbar^-1 (eta(u) - u), drive of theta."""
+    """Torque u of (8), Mbar^-1 (eta(u) - u) of (11), and the growth of theta of (9)."""
     v2 = y.v - abar - y.s2 - y.rho
     X = jnp.concatenate([y.q, y.v])
     B = jnp.exp(-(X @ X - 2.0 * X.sum() * CENTRES + 4 * CENTRES**2) / NETWORK.width**2)
@@ -100,21 +100,21 @@ def law(y: State, abar: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 
 def acceleration(q: jax.Array, v: jax.Array, u: jax.Array) -> jax.Array:
-    """M^-1 (sat(u) - C v - h)."""
+    """Acceleration without noise, M^-1 (sat(u) - C v - h)."""
     turn = M2 * L1 * L2 * jnp.sin(q[1] - q[0])
     bias = jnp.stack([-turn * v[1] ** 2, turn * v[0] ** 2]) + GRAVITY * MOMENT * jnp.sin(q)
     _, solve = coupling(q)
     return solve(jnp.clip(u, -LIMIT, LIMIT) - bias)
 
 
-def shaking(q: jax.Array, dW: jax.Array) -> jax.Array:
-    """M^-1 Lambda(q) Sigma dW for a base shaken along x and z, Sigma as printed."""
+def noise_of_base(q: jax.Array, dW: jax.Array) -> jax.Array:
+    """Change of v by the noise, M^-1 Lambda(q) Sigma dW, base shaken along x and z."""
     _, solve = coupling(q)
     return solve(-INTENSITY * MOMENT * (jnp.cos(q) * dW[0] + jnp.sin(q) * dW[1]))
 
 
 def initial_state() -> State:
-    """The paper's, at time zero."""
+    """State of the paper's study at time zero."""
     q, v, zero = jnp.array(Q0), jnp.array(V0), jnp.zeros(2)
     q_d, dq_d = reference(jnp.array(0.0))
     alpha = virtual_control(q - q_d, dq_d, zero)
@@ -136,7 +136,7 @@ def step(y: State, t: jax.Array, normals: jax.Array) -> State:
     drive2 = -G.c2 * sig(y.s2, G.kappa)
     return State(
         q=y.q + h * y.v,
-        v=y.v + h * acceleration(y.q, y.v, u) + shaking(y.q, jnp.sqrt(h) * normals),
+        v=y.v + h * acceleration(y.q, y.v, u) + noise_of_base(y.q, jnp.sqrt(h) * normals),
         psi1=abar,
         psi2=psi2,
         s1=(y.s1 + h * drive1) / (1.0 + h * G.k1),
@@ -149,13 +149,13 @@ def step(y: State, t: jax.Array, normals: jax.Array) -> State:
 def scan_loop(
     paths: int, ticks: int, devices: int = 1, noise: float = 1.0
 ) -> tuple[Carry, Callable[[Carry], Carry]]:
-    """A first state, and what advances it by some ticks: `vmap` over paths in `lax.scan`.
+    """A first state, and a function that advances it by some ticks: `vmap` in `lax.scan`.
 
     Args:
         paths: Number of paths.
-        ticks: Samples by which one call advances.
-        devices: CPU devices over which the paths are split, a thread each.
-        noise: Factor on the deviates; zero for a test.
+        ticks: Number of samples by which one call advances.
+        devices: Number of CPU devices over which the paths are split, a thread each.
+        noise: Factor on the normal deviates; zero for a test.
     """
 
     def advance(carry: Carry) -> Carry:
@@ -174,10 +174,16 @@ def scan_loop(
 def diffrax_loop(
     paths: int, ticks: int, devices: int = 1, tree: bool = False
 ) -> tuple[Carry, Callable[[Carry], Carry]]:
-    """The same in diffrax: one stochastic differential equation with the control in its drift.
+    """The loop in diffrax: one stochastic differential equation with the control in its drift.
 
-    The command filter is then integrated like the rest, explicitly. Euler's method with a step of
-    one period; the Brownian motion is diffrax's fastest, or with ``tree`` the one that it advises.
+    The command filter is integrated like the rest, explicitly. Euler's method with a step of one
+    period; the Brownian motion is diffrax's fastest, or with ``tree`` the one that it advises.
+
+    Args:
+        paths: Number of paths.
+        ticks: Number of samples by which one call advances.
+        devices: Number of CPU devices over which the paths are split, a thread each.
+        tree: Use a virtual Brownian tree.
     """
 
     def drift(t: jax.Array, y: State, args: None) -> State:  # noqa: ARG001
@@ -196,10 +202,10 @@ def diffrax_loop(
             theta=-G.iota * y.theta + learning,
         )
 
-    class Shaking(diffrax.ControlTerm):  # type: ignore[misc]
+    class BaseNoise(diffrax.ControlTerm):  # type: ignore[misc]
         def prod(self, vf: State, control: jax.Array) -> State:
             still = jax.tree.map(jnp.zeros_like, vf)
-            return still._replace(v=shaking(vf.q, control))
+            return still._replace(v=noise_of_base(vf.q, control))
 
     def solve(y: State, key: jax.Array, start: jax.Array) -> State:
         t0, t1 = start * PERIOD, (start + ticks) * PERIOD
@@ -207,7 +213,7 @@ def diffrax_loop(
             motion = diffrax.VirtualBrownianTree(t0, t1, tol=PERIOD / 2, shape=(2,), key=key)
         else:
             motion = diffrax.UnsafeBrownianPath(shape=(2,), key=key)
-        shaken = Shaking(lambda t, y, args: y, motion)  # noqa: ARG005
+        shaken = BaseNoise(lambda t, y, args: y, motion)  # noqa: ARG005
         solution = diffrax.diffeqsolve(
             diffrax.MultiTerm(diffrax.ODETerm(drift), shaken),
             diffrax.Euler(),
@@ -231,7 +237,14 @@ def diffrax_loop(
 def _split(
     advance: Callable[[Carry], Carry], paths: int, devices: int, keys: int
 ) -> tuple[Carry, Callable[[Carry], Carry]]:
-    """A first state, and the function compiled, with the paths split over some devices."""
+    """A first state, and the compiled function, with the paths split over some devices.
+
+    Args:
+        advance: Function that advances a Carry.
+        paths: Number of paths.
+        devices: Number of devices.
+        keys: Number of random keys.
+    """
     mesh = jax.sharding.Mesh(jax.devices("cpu")[:devices], "paths")
     specs = Carry(P("paths"), P("paths"), P())
     if devices > 1:
