@@ -1,9 +1,9 @@
-"""The bits of the simulator: one hash per loop, to compare two versions or two machines.
+"""Are the numbers of two versions, or of two machines, the same to the bit?
 
     python scripts/bits.py
 
-A change that should not touch the numbers prints the same lines before and after it. A hash
-covers the values of all variables of a Dataset, whatever they are called.
+One hash for each loop. A change that should not touch the numbers prints the same lines before and
+after it. A hash covers the values of all variables of a Dataset; their names do not matter.
 """
 
 import hashlib

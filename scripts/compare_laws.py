@@ -1,11 +1,11 @@
-"""How does the paper's law fare against its rivals, and what is each of its ingredients worth?
+"""How good is the paper's law beside its rivals, and how much does each of its parts contribute?
 
     python scripts/compare_laws.py [--quick] [--paths N] [--out FOLDER]
 
-All laws under the same noise, on the double pendulum of the paper (10,000 paths) and on Panda on
-the floor of a truck, every path with a robot of its own whose inertias are known to some 20 %
-(1,000 paths). Their defaults follow one rule, that of `ftcfa.control.laws`; period, torque
-limits and the nominal robot are the same for all.
+All laws run under the same noise, on the paper's double pendulum (10,000 paths) and on Panda on
+the floor of a truck (1,000 paths, each with a robot of its own whose inertias are known to some
+20 %). Their default gains follow one rule, that of `ftcfa.control.laws`; period, torque limits
+and the nominal robot are the same for all.
 """
 
 import argparse
@@ -24,7 +24,10 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.comparison import comparison_files, print_comparison
+from ftcfa.report.comparison import comparison_record
+from ftcfa.report.comparison_figure import comparison_figure
+from ftcfa.report.comparison_table import print_comparison
+from ftcfa.report.figures import rendered
 from ftcfa.study.comparison import compare
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 from ftcfa.study.variants import ablations, conditions, rivals
@@ -36,7 +39,7 @@ DURATION = {"pendulum": 10.0, "panda": 5.0}
 
 
 def pendulum():
-    """The paper's study, the plant repaired."""
+    """The loop of the paper's study with the corrected plant."""
     return closed_loop(FINITE_TIME)
 
 
@@ -59,15 +62,15 @@ LOOPS = {"pendulum": (pendulum, "Double pendulum"), "panda": (panda, "Panda on a
 def main():
     """Print the tables, draw the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="a look: 16 paths of 0.5 s")
-    parser.add_argument("--paths", type=int, help="of each law, for 10,000 and 1,000")
+    parser.add_argument("--quick", action="store_true", help="16 paths of 0.5 s")
+    parser.add_argument("--paths", type=int, help="number of paths of each law")
     parser.add_argument("--out", type=Path, default=FIGURES, help="folder for the figures")
-    given = parser.parse_args()
-    make_folder(given.out)
+    options = parser.parse_args()
+    make_folder(options.out)
     console = Console(highlight=False)
     for name, (make, title) in LOOPS.items():
-        paths = 16 if given.quick else given.paths or PATHS[name]
-        duration = 0.5 if given.quick else DURATION[name]
+        paths = 16 if options.quick else options.paths or PATHS[name]
+        duration = 0.5 if options.quick else DURATION[name]
         loop = make()
         for kind, loops in (
             ("rivals", rivals(loop)),
@@ -75,11 +78,11 @@ def main():
             ("conditions", conditions(loop)),
         ):
             console.print(f"\n{title}: {kind}\n")
-            found = compare(loops, paths, duration)
-            print_comparison(found, console)
+            dataset = compare(loops, paths, duration)
+            print_comparison(comparison_record(dataset), console)
             if kind == "rivals":
-                image = comparison_files(found, title)["comparison.png"]
-                write_whole(given.out / f"rivals-{name}.png", image)
+                image = rendered(comparison_figure(dataset, title))["png"]
+                write_whole(options.out / f"rivals-{name}.png", image)
 
 
 if __name__ == "__main__":

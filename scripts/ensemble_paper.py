@@ -5,8 +5,8 @@
 The double pendulum of the paper's Section V, shaken by a random base acceleration, under the
 finite-time law and the asymptotic one. Path i of both has the same noise (common random numbers),
 so the difference is taken path by path and most of the noise cancels. The paper shows one path;
-these are 10,000 paths of 20 s. Settling is to 0.05 rad until the end of the run; a path that has
-not settled counts with the whole duration in the mean settling time.
+this script runs 10,000 paths of 20 s. A path has settled once its error stays below 0.05 rad until
+the end of the run; a path that has not settled counts with the whole duration in the mean.
 """
 
 import argparse
@@ -25,36 +25,36 @@ CASES = {"κ = 0.6": FINITE_TIME, "κ = 1": ASYMPTOTIC}
 PATHS, DURATION = 10_000, 20.0
 QUICK_PATHS, QUICK_DURATION = 500, 5.0
 START = 1.0
-"""Time of which settling is shown [s]."""
+"""Length of the view of the settling [s]."""
 FIGURE = Path(__file__).parent / "figures" / "ensemble.png"
 
 
 def shown(estimate, unit):
-    """A value with its interval."""
+    """Text of a value with its interval."""
     if np.isinf(estimate.low):
         return "not within the run"
     return f"{estimate.value:.5g} {unit} ({estimate.low:.5g} to {estimate.high:.5g})"
 
 
 def print_case(name, run):
-    """Mean square and settling of one law."""
+    """Print mean square and settling of one law."""
     late = Moments.of(run["late_rms_error"].values ** 2).skewness_corrected()
-    found = settling(run)
+    times = settling(run)
     reached = settled_in_mean_square(run, BAND**2)
-    print(f"{name}: {run.attrs['diverged']} diverged, {found.settled} settled to {BAND:g} rad")
+    print(f"{name}: {run.attrs['diverged']} diverged, {times.settled} settled to {BAND:g} rad")
     print(f"  mean-square error, late    {shown(late, 'rad^2')}")
     for p in (0.5, 0.95):
-        print(f"  settled are {p:4.0%} by        {shown(found.quantile(p), 's')}")
+        print(f"  settled are {p:4.0%} by        {shown(times.quantile(p), 's')}")
     since = "not by the end" if np.isnan(reached) else f"from {reached:g} s on"
     print(f"  E|z1|^2 below {BAND**2:g} rad^2 {since} (97.5 % upper bound)")
 
 
 def print_differences(first, second):
-    """Paired differences, kappa = 1 less kappa = 0.6."""
+    """Print paired differences, kappa = 1 minus kappa = 0.6."""
     duration = first.attrs["duration"]
     square = [run["late_rms_error"].values ** 2 for run in (second, first)]
     capped = [np.minimum(run["settling_time"].values, duration) for run in (second, first)]
-    print("difference, κ = 1 less κ = 0.6, path by path")
+    print("difference, κ = 1 minus κ = 0.6, path by path")
     for label, pair, unit in (
         ("mean-square error, late", square, "rad^2"),
         (f"time to settle, {duration:g} s at most", capped, "s"),
@@ -67,7 +67,7 @@ def print_differences(first, second):
 
 @mpl.rc_context(STYLE)
 def draw(runs):
-    """Mean square with its band, and the settling-time distributions with theirs."""
+    """Mean square with its band, and the settling-time timess with theirs."""
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
     square, settle = figure.subplots(2, 1)
     one = next(iter(runs.values()))
@@ -84,14 +84,14 @@ def draw(runs):
         value, low, high = run["ote_mean_square"].values
         square.fill_between(run["time"], low, high, color=color, alpha=0.4, linewidth=0)
         square.plot(run["time"], value, color=color, label=name)
-        found = settling(run)
-        inside = found.time <= duration
-        time = np.concatenate([[0.0], found.time[inside], [duration]])
-        share, low, high = (np.concatenate([[0.0], x[inside], x[inside][-1:]]) for x in found.share)
+        times = settling(run)
+        inside = times.time <= duration
+        time = np.concatenate([[0.0], times.time[inside], [duration]])
+        share, low, high = (np.concatenate([[0.0], x[inside], x[inside][-1:]]) for x in times.share)
         settle.fill_between(time, low, high, color=color, alpha=0.4, linewidth=0, step="post")
         settle.plot(time, share, color=color, drawstyle="steps-post", label=name)
-        if found.censored:
-            text = f"{name}: {found.censored:,} of {run.sizes['path']:,} not by {duration:g} s"
+        if times.censored:
+            text = f"{name}: {times.censored:,} of {run.sizes['path']:,} not by {duration:g} s"
             settle.annotate(
                 text, (0.99, share[-1]), (0, 5), xycoords=("axes fraction", "data"),
                 textcoords="offset points", ha="right", color=color, fontsize=8,
@@ -115,10 +115,10 @@ def main():
     """Run both, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="fewer and shorter paths, no figure")
-    parser.add_argument("--paths", type=int)
-    given = parser.parse_args()
-    paths = given.paths or (QUICK_PATHS if given.quick else PATHS)
-    duration = QUICK_DURATION if given.quick else DURATION
+    parser.add_argument("--paths", type=int, help="number of paths of each law")
+    options = parser.parse_args()
+    paths = options.paths or (QUICK_PATHS if options.quick else PATHS)
+    duration = QUICK_DURATION if options.quick else DURATION
     runs = {
         name: ensemble(closed_loop(case), paths, duration, tolerance=BAND)
         for name, case in CASES.items()
@@ -127,7 +127,7 @@ def main():
     for name, run in runs.items():
         print_case(name, run)
     print_differences(*runs.values())
-    if not given.quick:
+    if not options.quick:
         FIGURE.write_bytes(rendered(draw(runs))["png"])
         print(f"figure in {FIGURE}")
 

@@ -2,12 +2,11 @@
 
     python scripts/filters.py [--out FOLDER]
 
-alpha = 5 sin 3t [rad/s], sampled, with white noise on every sample. A table and the figure
-filters.png tell the error of the derivative that each filter gives, in seconds.
+alpha = 5 sin 3t [rad/s] is sampled, with white noise on every sample. The script takes seconds; it
+prints the error of the derivative that each filter gives, and writes the figure filters.png.
 """
 
 import argparse
-import io
 from pathlib import Path
 
 import matplotlib as mpl
@@ -20,7 +19,7 @@ from ftcfa import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilte
 from ftcfa.arrays import Array
 from ftcfa.control.filters import CommandFilter
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, INK, ORANGE, STYLE, WIDTH
+from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, INK, ORANGE, STYLE, WIDTH, rendered
 from ftcfa.report.terminal import plain_table
 
 AMPLITUDE, FREQUENCY = 5.0, 3.0
@@ -38,7 +37,7 @@ FILTERS: dict[str, tuple[CommandFilter, str, str | tuple[int, tuple[int, int]]]]
 }
 PERIODS = 1e-3 * np.array([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 NOISES = np.array([0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
-REPLICAS, DURATION, DPI = 64, 4.0, 150
+REPLICAS, DURATION = 64, 4.0
 
 
 def error(chosen: CommandFilter, period: float, noise: float) -> float:
@@ -50,8 +49,8 @@ def error(chosen: CommandFilter, period: float, noise: float) -> float:
     state, squares = chosen.init(np.zeros(REPLICAS)), []
     for k in range(len(t)):
         sample = alpha[k] + noise * rng.standard_normal(REPLICAS)
-        _, found, state = chosen.step(state, sample, period)
-        squares.append(np.mean((found - rate[k]) ** 2))
+        _, derivative, state = chosen.step(state, sample, period)
+        squares.append(np.mean((derivative - rate[k]) ** 2))
     return float(np.sqrt(np.mean(squares[len(t) // 2 :])))
 
 
@@ -91,22 +90,20 @@ def main() -> None:
         for cases in ([(h, 0.0) for h in PERIODS], [(1e-3, noise) for noise in NOISES])
     )
     console = Console(highlight=False)
-    for title, unit, values, found in (
+    for title, unit, values, errors in (
         ("no noise, by period", "ms", 1e3 * PERIODS, steps),
         ("period 1 ms, by noise on a sample", "rad/s", NOISES, noises),
     ):
         table = plain_table()
         for header in ("filter", *(f"{value:g} {unit}" for value in values)):
             table.add_column(header, justify="right" if header != "filter" else "left")
-        for name, row in found.items():
+        for name, row in errors.items():
             table.add_row(name, *(f"{value:.2g}" for value in row))
         heading = f"Rms error of the derivative [rad/s^2], {title}"
         console.print(heading, style="bold", markup=False)
         console.print(table)
         console.print()
-    buffer = io.BytesIO()
-    figure(steps, noises).savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    write_whole(options.out / "filters.png", buffer.getvalue())
+    write_whole(options.out / "filters.png", rendered(figure(steps, noises))["png"])
 
 
 if __name__ == "__main__":

@@ -1,15 +1,15 @@
-"""A noise input of one's own: gusts of wind on the forearm of a UR5.
+"""How to write a noise input of your own: gusts of wind on the forearm of a UR5.
 
     python scripts/own_noise_input.py [--paths N]
 
-The wind blows along the world's x with the mean U and the gust u on top of it. On a cylinder of
-diameter d that turns the area A(q) to the wind it exerts
+The wind blows along the world's x with the mean U plus the gust u. On a cylinder of diameter d that
+has the area A(q) across the wind it exerts
 
     F = 1/2 rho c_D A(q) (U + u)^2,   of which rho c_D A(q) U u is random to first order,
 
 so xi is the gust u [m/s] and Lambda(q) = rho c_D A(q) U J_x(q)^T, with J_x the Jacobian of the
-forearm's middle along x. The mean's steady push, which any law has to bear besides, is left out.
-The gusts have Dryden's longitudinal spectrum (MIL-F-8785C), which is one linear filter:
+forearm's middle along x. The steady force of the mean wind is left out. The gusts have Dryden's
+longitudinal spectrum (MIL-F-8785C), which is one linear filter:
 
     u' = -(U/L) u + sigma sqrt(2 U/L) w,   w white of unit intensity,   rms u = sigma
 """
@@ -31,9 +31,9 @@ from ftcfa import (
 )
 
 DENSITY, DRAG = 1.225, 1.2
-"""Of air [kg/m^3], and drag coefficient of a cylinder across the wind [1]."""
+"""Density of air [kg/m^3], and drag coefficient of a cylinder across the wind [1]."""
 DIAMETER = 0.1
-"""Of the forearm [m]."""
+"""Diameter of the forearm [m]."""
 WIND, GUST, LENGTH = 15.0, 4.0, 10.0
 """U, sigma [m/s] and L [m]: a gale close to the ground."""
 ELBOW = 2
@@ -41,9 +41,9 @@ ELBOW = 2
 
 
 def gusts_on_the_forearm(arm, q):
-    """Lambda(q): from the gust [m/s] to the joint torques, shape (6, 1) [N m s/m].
+    """Matrix Lambda(q) from the gust [m/s] to the joint torques, shape (6, 1) [N m s/m].
 
-    Plain NumPy without branches on values, so it is compiled like the rest of the loop.
+    It is plain NumPy without branches on values, so it is compiled like the rest of the loop.
     """
     elbow, wrist = arm.frame_jacobian("forearm_link", q), arm.frame_jacobian("wrist_1_link", q)
     x, y, z = wrist[3:, ELBOW]  # axis of the elbow, in the world
@@ -55,7 +55,7 @@ def gusts_on_the_forearm(arm, q):
 
 
 def gusts():
-    """Dryden's longitudinal gusts."""
+    """Noise with Dryden's spectrum of longitudinal gusts."""
     rate = WIND / LENGTH
     return ShapedNoise(LinearFilter([[-rate]], [[GUST * np.sqrt(2.0 * rate)]], [[1.0]]))
 
@@ -67,9 +67,9 @@ def error(loop, paths):
 
 
 def main():
-    """Hold postures that turn more or less of the forearm to the wind."""
+    """Hold postures with more or less of the forearm across the wind."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--paths", type=int, default=256)
+    parser.add_argument("--paths", type=int, default=256, help="number of paths of each posture")
     paths = parser.parse_args().paths
     arm = load_arm("ur5")
     print(f"UR5 in gusts of {GUST:g} m/s rms on a wind of {WIND:g} m/s, {paths} paths")

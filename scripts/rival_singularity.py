@@ -2,14 +2,14 @@
 
     python scripts/rival_singularity.py [--out FOLDER] [--quick]
 
-The derivative of its virtual control is infinite where a tracking error crosses zero. Sampled more
-often, the law meets the crossings more nearly and asks for more. The plant takes the same steps and
-feels the same noise whatever the controller's period. A table and the figure rival-singularity.png
-tell the largest torque that each path asks for, in a minute.
+The derivative of its virtual control is infinite where a tracking error crosses zero. With a
+shorter period, samples fall closer to these crossings and the law demands more torque. The plant
+takes the same steps and has the same noise at every period of the controller. The script takes a
+minute; it prints the largest torque that is demanded on each path, and writes the figure
+rival-singularity.png.
 """
 
 import argparse
-import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -31,24 +31,24 @@ from ftcfa import (
 )
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, WIDTH
+from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, WIDTH, rendered
 from ftcfa.report.terminal import plain_table
 from ftcfa.study.reproduction import GRAVITY, Q0, REFERENCE, V0
 
 STEP = 0.125e-3
 """Integration step of the plant [s]."""
 TICKS = (32, 16, 8, 4, 2, 1)
-"""Steps a period: 4 to 0.125 ms."""
+"""Numbers of steps in a period: periods of 4 to 0.125 ms."""
 LAWS = {
     "FiniteTimeBackstepping": ("exact, no filter", ORANGE),
     "FiniteTimeBackstepping-regularised": ("regularised within 0.01 rad", GREEN),
     "FTCF": ("command-filtered (the paper)", BLUE),
 }
-DURATION, CHUNK, DPI = 5.0, 8, 150
+DURATION, CHUNK = 5.0, 8
 
 
 def pendulum(law: str, ticks: int) -> ClosedLoop:
-    """The paper's study."""
+    """The loop of the paper's study under a law."""
     arm = load_arm("double_pendulum", gravity=GRAVITY)
     shaken = Vibration(BaseAcceleration("xz"), WhiteNoise(0.1))
     return ClosedLoop(
@@ -57,7 +57,7 @@ def pendulum(law: str, ticks: int) -> ClosedLoop:
 
 
 def panda(law: str, ticks: int) -> ClosedLoop:
-    """Panda about its home posture, started beside it."""
+    """Panda about its home posture, started 0.05 rad away from it."""
     arm = load_arm("panda")
     shaken = Vibration(BaseAcceleration(), WhiteNoise(0.1))
     reference = Sinusoid(0.3, offset=arm.home)
@@ -71,7 +71,7 @@ Demands = dict[tuple[str, str, int], Array]
 
 
 def demands(loop: ClosedLoop, paths: int, duration: float) -> Array:
-    """Largest torque that any joint is asked for on each path, shape (paths,) [N m]."""
+    """Largest torque that is demanded of any joint on each path, shape (paths,) [N m]."""
     largest = []
     for start in range(0, paths, CHUNK):
         numbers = range(start, min(start + CHUNK, paths))
@@ -80,8 +80,8 @@ def demands(loop: ClosedLoop, paths: int, duration: float) -> Array:
     return np.concatenate(largest)
 
 
-def print_table(found: Demands) -> None:
-    """Median and largest of all paths, by period and law."""
+def print_table(result: Demands) -> None:
+    """Print the median and the largest of all paths, by period and law."""
     console = Console(highlight=False)
     for arm in ARMS:
         table = plain_table()
@@ -89,7 +89,7 @@ def print_table(found: Demands) -> None:
         for label, _ in LAWS.values():
             table.add_column(f"{label}\nmedian, largest", justify="right")
         for ticks in TICKS:
-            values = (found[arm, law, ticks] for law in LAWS)
+            values = (result[arm, law, ticks] for law in LAWS)
             cells = (f"{np.median(one):.4g}, {one.max():.4g}" for one in values)
             table.add_row(f"{1e3 * ticks * STEP:g}", *cells)
         console.print(f"{arm}: largest demanded torque of a path [N m]", style="bold")
@@ -98,17 +98,17 @@ def print_table(found: Demands) -> None:
 
 
 @mpl.rc_context(STYLE)
-def figure(found: Demands) -> Figure:
+def figure(result: Demands) -> Figure:
     """Demanded torque against the period, an arm a panel."""
     drawn = Figure(figsize=(WIDTH, 3.6), layout=ConstrainedLayoutEngine())
-    drawn.suptitle("Largest torque that a path asks for", x=0.01, ha="left", fontweight="bold")
+    drawn.suptitle("Largest demanded torque of a path", x=0.01, ha="left", fontweight="bold")
     periods = 1e3 * STEP * np.array(TICKS)
     for ax, arm in zip(drawn.subplots(1, len(ARMS)), ARMS, strict=True):
         for law, (label, colour) in LAWS.items():
-            rows = [found[arm, law, ticks] for ticks in TICKS]
+            rows = [result[arm, law, ticks] for ticks in TICKS]
             ax.loglog(periods, np.median(rows, axis=1), color=colour, marker="o", ms=3, label=label)
             ax.loglog(periods, np.max(rows, axis=1), color=colour, marker="^", ms=3, lw=0)
-        first = np.median(found[arm, next(iter(LAWS)), TICKS[0]])
+        first = np.median(result[arm, next(iter(LAWS)), TICKS[0]])
         slope = first * (periods / periods[0]) ** -0.4
         ax.loglog(periods, slope, color=GREY, linestyle=DASHED, label=r"slope $\kappa - 1$")
         ax.set_title(arm)
@@ -131,16 +131,14 @@ def main() -> None:
     options = parser.parse_args()
     make_folder(options.out)
     paths, duration = (4, 0.5) if options.quick else (64, DURATION)
-    found = {
+    result = {
         (arm, law, ticks): demands(make(law, ticks), paths, duration)
         for arm, make in ARMS.items()
         for law in LAWS
         for ticks in TICKS
     }
-    print_table(found)
-    buffer = io.BytesIO()
-    figure(found).savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    write_whole(options.out / "rival-singularity.png", buffer.getvalue())
+    print_table(result)
+    write_whole(options.out / "rival-singularity.png", rendered(figure(result))["png"])
 
 
 if __name__ == "__main__":

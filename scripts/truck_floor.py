@@ -5,12 +5,11 @@
 The paper's double pendulum and Panda stand on the floor of a US highway truck (MIL-STD-810G, figure
 514.6C-1, unverified in a primary source): longitudinal along x, transverse along y, vertical along
 z, all at once and independent. The controller has the paper's gains and knows the nominal robot;
-each path has a floor of its own and, where robots are uncertain, a robot of its own. A table and
-the figure truck-floor.png tell what comes out, in two minutes.
+each path has a floor of its own and, where robots are uncertain, a robot of its own. The script
+takes two minutes; it prints a table and writes the figure truck-floor.png.
 """
 
 import argparse
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,7 +36,7 @@ from ftcfa import (
 )
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH
+from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
 from ftcfa.report.terminal import plain_table, print_fitted
 from ftcfa.statistics.settling import below_for_good
 from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0
@@ -46,7 +45,7 @@ from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 AXES = ("longitudinal", "transverse", "vertical")
 TABLES = tuple(f"mil_std_810g_highway_truck_{axis}" for axis in AXES)
 LINES, QUICK_LINES = 490, 49
-"""Of a sum of sinusoids on 10 to 500 Hz: a line every 1 Hz, or 10 Hz; both begin at 10 Hz."""
+"""Number of lines of a sum of sinusoids from 10 to 500 Hz: one every 1 Hz, or every 10 Hz."""
 SUBSTEPS = 4
 ROBOTS = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
 SHOWN = {"pendulum": "none", "Panda": "bias"}
@@ -57,13 +56,12 @@ COLOURS = {
     ("truck", False): (BLUE, "#BBD7E8"),
     ("at rest", False): (INK, LIGHT),
 }
-"""Of median and band, by floor and whether robots are uncertain; the last lies on top."""
+"""Colours of median and band, by floor and whether robots are uncertain; the last is on top."""
 QUANTILES = (0.05, 0.5, 0.95)
 RECORD_EVERY, POOLED = 5, 10
-"""Samples of the controller a recorded one, and recorded ones a point of the figure."""
-DPI = 150
+"""Number of samples of which one is recorded, and of recorded ones for a point of the figure."""
 GLANCE = 0.2
-"""Length of the look at the floor [s]."""
+"""Length of the close view of the floor [s]."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +118,9 @@ def run(loop: ClosedLoop, paths: int, duration: float, seed: int) -> xr.Dataset:
 
 
 def overloaded(loop: ClosedLoop, ran: xr.Dataset) -> Array:
-    """Robots that could not follow the reference even on a floor at rest, shape (robots,).
+    """Whether a robot could not follow the reference even on a floor at rest, shape (robots,).
 
-    Somewhere along it inverse dynamics asks for more torque than the limit.
+    Inverse dynamics along the reference exceeds the torque limit.
     """
     robots = [loop.arm]
     if loop.uncertainty is not None:
@@ -132,6 +130,7 @@ def overloaded(loop: ClosedLoop, ran: xr.Dataset) -> Array:
 
 
 def _demand(robot: Any, desired: Any) -> float:
+    """Largest torque that inverse dynamics needs along the reference, over its limit."""
     u = [
         robot.mass_matrix(q) @ a + robot.bias_force(q, v) for q, v, a in zip(*desired, strict=True)
     ]
@@ -139,13 +138,13 @@ def _demand(robot: Any, desired: Any) -> float:
 
 
 def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
-    """5 %, 50 % and 95 %; what diverged counts as the largest."""
-    lost = np.where(np.isnan(values), np.inf, values)
-    return np.quantile(lost, QUANTILES, axis=axis, method="inverted_cdf")
+    """Quantiles of 5 %, 50 % and 95 %; a path that diverged counts as the largest."""
+    ranked = np.where(np.isnan(values), np.inf, values)
+    return np.quantile(ranked, QUANTILES, axis=axis, method="inverted_cdf")
 
 
 def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
-    """What is told of an ensemble."""
+    """The texts of a row of the table."""
     late = ran.ote.values[:, ran.sizes["time"] // 2 :]
     settled = [below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values]
     outside = ~np.all(late < BAND, axis=1)
@@ -169,7 +168,7 @@ def _spread(values: Array, spec: str) -> str:
 
 
 def print_table(rows: dict[Case, list[str]], paths: int, duration: float) -> None:
-    """A table an arm, and what the columns mean."""
+    """Print a table for each arm, and what the columns mean."""
     console = Console(highlight=False)
     headers = ("rms OTE\nmrad", "settled\ns", "saturated\n%", "outside\npaths", "diverged\npaths")
     for arm in SHOWN:
@@ -187,10 +186,10 @@ def print_table(rows: dict[Case, list[str]], paths: int, duration: float) -> Non
     console.print(
         "Medians over the paths; below them 5 and 95 %. rms OTE: of |q - q_d| in the second half "
         f"of the run. settled: |q - q_d| stays below {BAND:g} rad from then on. saturated: share "
-        f"of time in which some joint asks for more torque than its limit. outside: paths beyond "
+        f"of time in which some joint has a torque command above its limit. outside: paths beyond "
         f"{BAND:g} rad in the second half; too heavy: of those, robots that could not follow the "
         "reference on a floor at rest. lines: the same tables as sums of sinusoids (RandomPhase), "
-        "of which nothing lies below 10 Hz.",
+        "which have nothing below 10 Hz.",
         style="dim",
     )
 
@@ -238,7 +237,7 @@ def figure(ensembles: dict[Case, xr.Dataset], seed: int) -> Figure:
 
 
 def _draw_band(ax: Any, values: xr.DataArray, colours: tuple[str, str], label: str) -> None:
-    """Median and band of all that lies within a point of the figure."""
+    """Draw median and band; each point pools several samples."""
     points = values.sizes["time"] // POOLED
     pooled = values.values[:, : points * POOLED].reshape(len(values), points, POOLED)
     time = values.time.values[: points * POOLED].reshape(points, POOLED).mean(axis=1)
@@ -248,7 +247,7 @@ def _draw_band(ax: Any, values: xr.DataArray, colours: tuple[str, str], label: s
 
 
 def _draw_floor(panels: Any, seed: int) -> None:
-    """The floor's acceleration on path 0, as both arms meet it."""
+    """Draw the floor's acceleration on path 0, the same for both arms."""
     step, floor = 1e-3 / SUBSTEPS, ShapedNoise(TABLES)
     a = realise(floor, len(AXES), GLANCE, step, seed=seed) / STANDARD_GRAVITY
     for k, (ax, axis, fit) in enumerate(zip(panels, AXES, floor.fits, strict=True)):
@@ -276,9 +275,8 @@ def main() -> None:
         ensembles[case] = run(loop, paths, duration, options.seed)
         rows[case] = row(case, loop, ensembles[case])
     print_table(rows, paths, duration)
-    buffer, drawn = io.BytesIO(), figure(ensembles, options.seed)
-    drawn.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    write_whole(options.out / "truck-floor.png", buffer.getvalue())
+    image = rendered(figure(ensembles, options.seed))["png"]
+    write_whole(options.out / "truck-floor.png", image)
 
 
 if __name__ == "__main__":
