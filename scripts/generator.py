@@ -1,12 +1,12 @@
-"""Does Theorem 1's inequality hold along simulated paths, and how much does it promise?
+"""Does Theorem 1's inequality hold along simulated paths, and how sharp are its bounds?
 
     python scripts/generator.py [--quick] [--out FOLDER]
 
 The generator L V of the Lyapunov function (Definition 2) is taken by automatic differentiation of
 the traced closed loop and evaluated along paths of the paper's study (noise as printed, theta =
 eps = pi1 = 0): E[LV] against -Delta E[V^p] + Gamma, and the rms error against the promised bound
-of |z1|. Then the time of the first entry into {V <= Vinf} against its bound, for two loops found
-so that the bound says anything at all: at the paper's gains the loop begins inside. A table and
+of |z1|. Then the time of the first entry into {V <= Vinf} against its bound, for two loops that
+start outside; at the paper's gains the loop starts inside. The script prints a table and writes
 the figure generator.png.
 """
 
@@ -28,36 +28,37 @@ from ftcfa.theory.premises import TheoremPaths, theorem_paths
 
 PATHS, QUICK_PATHS = 128, 8
 DURATION, QUICK_DURATION = 5.0, 0.3
-"""Of the study's paths [s]."""
+"""Simulated time of the study's paths [s]."""
 ENTRIES, QUICK_ENTRIES = 2000, 16
+FIGURES = Path(__file__).parent / "figures"
 ENTERING = 0.25
-"""Of the other loops' paths [s]."""
+"""Simulated time of the other loops' paths [s]."""
 
 
 def main() -> None:
-    """Run, print the table and write the figure."""
+    """Run the paths, print the table and write the figure."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--quick", action="store_true", help="few and short paths")
-    parser.add_argument("--out", type=Path, default=Path("scripts/figures"), metavar="FOLDER")
-    given = parser.parse_args()
-    make_folder(given.out)
-    paths, duration = (QUICK_PATHS, QUICK_DURATION) if given.quick else (PATHS, DURATION)
+    parser.add_argument("--out", type=Path, default=FIGURES, help="folder for the figure")
+    options = parser.parse_args()
+    make_folder(options.out)
+    paths, duration = (QUICK_PATHS, QUICK_DURATION) if options.quick else (PATHS, DURATION)
     loop = closed_loop(FINITE_TIME)
     study = theorem_paths(loop, bounds(loop), paths, duration)
-    entries = QUICK_ENTRIES if given.quick else ENTRIES
+    entries = QUICK_ENTRIES if options.quick else ENTRIES
     link = entering(hanging_link(), LINK_EPS, entries)
     pendulum = entering(hanging_pendulum(), 0.0, entries)
     print_study(study)
     print_entries({"link": link, "pendulum": pendulum})
     notes = [
         f"The paper's study, {paths} paths: the inequality (30) in the mean",
-        "The same paths: tracking error against the promise",
+        "The same paths: tracking error against its bound",
         f"A hanging link, {entries} paths: first entry into {{V ≤ Vinf}}",
     ]
     figure = bounds_figure(study, link, "Theorem 1 against simulated paths", notes)
-    write_whole(given.out / "generator.png", rendered(figure)["png"])
+    write_whole(options.out / "generator.png", rendered(figure)["png"])
 
 
 def entering(loop: ClosedLoop, eps: float, paths: int) -> TheoremPaths:
@@ -66,22 +67,22 @@ def entering(loop: ClosedLoop, eps: float, paths: int) -> TheoremPaths:
 
 
 def print_study(study: TheoremPaths) -> None:
-    """Whether (30) holds in the mean, and how far the promise is from what happens."""
+    """Print whether (30) holds in the mean, and how far the bounds are from the measurements."""
     promised, needed = study.bounds, study.needed_Gamma.mean
     late = needed[study.time >= study.time[-1] / 2]
     rms = np.sqrt(np.mean(study.late_error**2))
     print(f"The paper's study, {len(study.z1)} paths of {study.time[-1]:g} s")
     print(
-        f"- E[LV] <= -Delta E[V^p] + Gamma with Gamma = {promised.Gamma:.4g}; the paths ask for\n"
+        f"- E[LV] <= -Delta E[V^p] + Gamma with Gamma = {promised.Gamma:.4g}; the paths need\n"
         f"  {needed.max():.4g} at most, and {late.max():.2g} in the last half.\n"
-        f"- rms |z1| is {rms:.4f} rad in the last half; promised: {promised.ultimate_error:.3g}.\n"
+        f"- rms |z1| is {rms:.4f} rad in the last half; bound: {promised.ultimate_error:.3g}.\n"
         f"- phihat, unbounded by theta = 0, would need eps = {study.missing_eps.max():.4g}, "
         f"or theta = {study.values.needed_theta.max():.3g}.\n"
     )
 
 
 def print_entries(rows: dict[str, TheoremPaths]) -> None:
-    """The first entry, its bound and its premises, a row a loop."""
+    """Print the first entry, its bound and its premises, a row a loop."""
     table = plain_table()
     headers = ("loop", "|z1| <=\nrad", "V0/Vinf", "E[entry] <=\ns", "measured\ns", "premises\nhold")
     for header in headers:
@@ -98,7 +99,7 @@ def print_entries(rows: dict[str, TheoremPaths]) -> None:
             f"{100 * np.mean(followed.premises_hold):.1f} %",
         )
     print_fitted(table, Console(highlight=False, markup=False))
-    print("premises: theta, eps and pi1 are enough until the first entry; the time asks no more.")
+    print("premises: theta, eps and pi1 suffice until the first entry; the bound needs no more.")
 
 
 if __name__ == "__main__":
