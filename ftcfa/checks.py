@@ -34,6 +34,10 @@ class Check(NamedTuple):
     unit: str = ""
     """Unit of the value, such as ``rad/s``; empty where it has none."""
 
+    def run(self, subject: str, value: Any) -> None:
+        """Raise a FtcfaError if a value is wrong."""
+        self.function(subject, value, *filter(None, [self.unit]))
+
 
 def check_fields(part: Any) -> None:
     """Check every field of a dataclass as it declares.
@@ -66,7 +70,7 @@ def check_field(part: type, name: str, value: Any, subject: str = "") -> None:
     if value is None and optional:
         return
     with about(name):
-        check.function(subject or f"{part.__name__} {name}", value, *filter(None, [check.unit]))
+        check.run(subject or f"{part.__name__} {name}", value)
 
 
 @contextmanager

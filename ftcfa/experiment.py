@@ -37,15 +37,22 @@ import os
 import re
 import tomllib
 from dataclasses import dataclass, fields
-from numbers import Real
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-import numpy as np
 import tomli_w
 import xarray as xr
 
-from ftcfa.checks import counting, natural, positive, probability
+from ftcfa.checks import (
+    Check,
+    about,
+    check_fields,
+    counting,
+    natural,
+    not_negative,
+    positive,
+    probability,
+)
 from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import arms, describe, document, has_path, self_contained
@@ -58,6 +65,27 @@ from ftcfa.study.verification import Specification, Verification, verify
 
 _NUMBERS = re.compile(r"\[\n([^\[\]\"{}]*)\]")
 """An array of plain numbers as tomli-w writes it, one a line; texts hold no bare line break."""
+
+
+def check_loop(subject: str, loop: Any) -> None:
+    """Raise ParameterError unless a loop is a `ClosedLoop`."""
+    if not isinstance(loop, ClosedLoop):
+        raise ParameterError(subject, f"a {type(loop).__name__}", "a ClosedLoop")
+
+
+def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
+    """Raise ParameterError unless quantiles are one or more probabilities."""
+    if not quantiles:
+        raise ParameterError(subject, "none", "one or more numbers")
+    for p in quantiles:
+        probability(subject, p)
+
+
+def check_specification(subject: str, specification: Any) -> None:
+    """Raise ParameterError unless a specification is a `Specification`."""
+    if not isinstance(specification, Specification):
+        got = f"a {type(specification).__name__}"
+        raise ParameterError(subject, got, "a Specification, or None")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,37 +106,22 @@ class Experiment:
         specification: What `verify` asks of the runs, or None.
     """
 
-    loop: ClosedLoop
-    duration: float
-    seed: int = 0
-    paths: int = 1
-    record_every: int = 0
-    tolerance: float = 0.05
-    after: float | None = None
-    quantiles: tuple[float, ...] = QUANTILES
-    chunk: int = 4096
-    specification: Specification | None = None
+    loop: Annotated[ClosedLoop, Check(check_loop)]
+    duration: Annotated[float, Check(not_negative, "s")]
+    seed: Annotated[int, Check(natural)] = 0
+    paths: Annotated[int, Check(counting)] = 1
+    record_every: Annotated[int, Check(natural)] = 0
+    tolerance: Annotated[float, Check(positive, "rad or m")] = 0.05
+    after: Annotated[float | None, Check(not_negative, "s")] = None
+    quantiles: Annotated[tuple[float, ...], Check(check_quantiles)] = QUANTILES
+    chunk: Annotated[int, Check(counting)] = 4096
+    specification: Annotated[Specification | None, Check(check_specification)] = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.loop, ClosedLoop):
-            raise ParameterError("Experiment loop", f"a {type(self.loop).__name__}", "a ClosedLoop")
-        _time("Experiment duration", self.duration)
-        natural("Experiment seed", self.seed)
-        counting("Experiment paths", self.paths)
-        natural("Experiment record_every", self.record_every)
-        positive("Experiment tolerance", self.tolerance, "rad or m")
-        if self.after is not None:
-            _time("Experiment after", self.after)
-        for p in self.quantiles:
-            probability("Experiment quantiles", p)
-        if not self.quantiles:
-            raise ParameterError("Experiment quantiles", "none", "one or more numbers")
-        counting("Experiment chunk", self.chunk)
-        if not isinstance(self.specification, Specification | None):
-            got = f"a {type(self.specification).__name__}"
-            raise ParameterError("Experiment specification", got, "a Specification, or None")
+        check_fields(self)
         if self.specification is not None:
-            self.specification.check(self.loop, self.duration)
+            with about("specification"):
+                self.specification.check(self.loop, self.duration)
 
     def run(self, **options: Any) -> xr.Dataset:
         """Run the ensemble: `ftcfa.ensemble` with what this experiment says.
@@ -244,13 +257,6 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
     return Experiment.from_text(text, file.parent, file=str(file))
-
-
-def _time(subject: str, value: float) -> None:
-    """Raise ParameterError unless a value is a time."""
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if not (number and 0 <= value < np.inf):
-        raise ParameterError(subject, repr(value), "a number >= 0 [s]")
 
 
 def _stated(told: Any) -> Any:

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -64,8 +65,9 @@ from ftcfa import (
     simulate,
     verify,
 )
+from ftcfa.description.hints import choices, element
 from ftcfa.description.read import rebuild
-from ftcfa.description.registry import PARTS, choices, element, parameters
+from ftcfa.description.registry import PARTS
 from ftcfa.description.write import describe, document, self_contained
 from ftcfa.model.urdf.catalogue import catalogue, robots_folder
 
@@ -231,7 +233,7 @@ def reachable(cls):
         part = waiting.pop()
         if part not in found:
             found.add(part)
-            hints = [] if part is ftcfa.Arm else [it.hint for it in parameters(part).values()]
+            hints = [] if part is ftcfa.Arm else [*get_type_hints(part).values()]
             waiting.extend(one for hint in hints for one in choices(hint))
             waiting.extend(one for hint in hints for one in choices(element(hint)))
     return found
@@ -588,7 +590,7 @@ def test_a_subclass_of_a_part_is_a_part_of_ones_own():
 
 def test_an_arm_that_was_changed_by_hand_cannot_be_written(tmp_path):
     changed = dataclasses.replace(ARM, damping=ARM.damping + 1.0)
-    with pytest.raises(ParameterError, match="is no more what double_pendulum gives"):
+    with pytest.raises(ParameterError, match="is no longer what double_pendulum gives"):
         Experiment(loop(changed), 1.0).description()
     file = tmp_path / "arm.urdf"
     file.write_text(URDF)

@@ -1,13 +1,24 @@
-"""What is wrong with a document: every fault with file, table and key."""
+"""All that is wrong with a description, each fault with file, table and key."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NoReturn
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
+from typing import Any
 
-from ftcfa.description.kinds import HOME, did_you_mean, one_of, shown
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+
+from ftcfa.description.hints import choices, expected
 from ftcfa.errors import FtcfaError, ParameterError, UnknownNameError
 
-Keys = tuple[str, ...]
-"""Where something stands: the names of the tables on the way to it, then its key."""
+Keys = tuple[str | int, ...]
+"""Where something stands: names of tables and a key, and numbers of entries in arrays."""
+MAX_SHOWN = 60
+"""Characters of a wrong value that a message shows."""
 
 
 class ExperimentError(FtcfaError):
@@ -27,101 +38,126 @@ class ExperimentError(FtcfaError):
         return "\n".join(map(str, self.errors))
 
 
+class KindError(FtcfaError):
+    """Data of the wrong kind; the subject is the place where it stands."""
+
+    def __init__(self, got: str, expected: str, remedy: str = "", *, field: str = "") -> None:
+        super().__init__("", got, expected, remedy, field=field)
+
+
 class Broken(Exception):  # noqa: N818 (it never leaves the reader)
-    """Something could not be made; why has been noted."""
+    """A part needs another one that could not be made, which has an error of its own."""
 
 
 class Faults:
-    """Notes what is wrong with a document.
+    """Turns the errors of a reader into messages.
 
-    Attributes:
-        file: What messages call it.
-        errors: What was noted.
+    Args:
+        file: How messages name the description.
+        data: The description.
+        top: Keys that may stand at its top.
     """
 
-    def __init__(self, file: str) -> None:
-        self.file = file
-        self.errors: list[FtcfaError] = []
+    def __init__(self, file: str, data: Mapping[str, Any], top: Iterable[str]) -> None:
+        self.file, self.data, self.top = file, data, tuple(top)
 
-    def note(
-        self, keys: Keys, got: str, wanted: str = "", remedy: str = "", table: bool = False
-    ) -> None:
-        """Note a fault at a key, or at a ``table``."""
-        *tables, key = (*keys, "") if table else keys
-        words = [f"[{'.'.join(tables)}]" if tables else "", key]
-        place = " ".join(filter(None, words))
-        subject = f"{self.file}: {place}" if place else self.file
-        self.errors.append(ParameterError(subject, got, wanted, remedy))
+    def messages(self, error: Exception, keys: Keys = ()) -> Iterator[FtcfaError]:
+        """One error for every fault, whatever groups cattrs made of them.
 
-    def fail(self, keys: Keys, got: str, wanted: str = "", remedy: str = "") -> NoReturn:
-        """Note a fault, after which what stands there cannot be made."""
-        self.note(keys, got, wanted, remedy)
-        raise Broken
+        Raises:
+            Exception: The error itself, if no data can cause it.
+        """
+        if isinstance(error, BaseValidationError):
+            for inner in error.exceptions:
+                yield from self.messages(inner, (*keys, *_place(inner)))
+        elif isinstance(error, ForbiddenExtraKeysError):
+            known = [field.name for field in fields(error.cl)]
+            yield from (self.unknown_key(key, known, keys) for key in sorted(error.extra_fields))
+        elif isinstance(error, KeyError):
+            hint = next(n.type for n in _notes(error) if isinstance(n, AttributeValidationNote))
+            yield self._fault(keys, "missing", expected(hint), table=bool(choices(hint)))
+        elif isinstance(error, FtcfaError):
+            inside = tuple(error.field.split(".")) if error.field else ()
+            yield self._of_part(error, (*keys, *inside))
+        elif not isinstance(error, Broken):
+            raise error
 
-    def unknown_keys(
-        self, told: Iterable[str], known: Iterable[str], keys: Keys, top: Iterable[str]
-    ) -> None:
-        """Note keys that are not known here, and those that stand at the top of a document."""
-        for key in told:
-            if key in known:
-                continue
-            remedy = did_you_mean(key, known)
-            if keys and key in top:
-                remedy = "it belongs at the top, before the first table"
-            self.note((*keys, key), "unknown key", "" if remedy else one_of(known), remedy)
+    def unknown_key(self, key: str, known: Iterable[str], keys: Keys = ()) -> FtcfaError:
+        """The error of a key that no part of this place has."""
+        remedy = did_you_mean(key, known)
+        if keys and key in self.top:
+            remedy = "it belongs at the top, before the first table"
+        return self._fault((*keys, key), "unknown key", "" if remedy else one_of(known), remedy)
 
-    def blame(
-        self, error: FtcfaError, names: Sequence[str], told: Mapping[str, Any], keys: Keys
-    ) -> None:
-        """Note an error of a part at the one of some keys that it is about."""
-        words = error.subject.replace(",", " ").split()
-        named = [name for name in names if name in words]
-        if isinstance(error, UnknownNameError):
-            named = [name for name in names if told.get(name) == error.name] or named
-        if len(names) == 1:
-            named = list(names)
-        if len(named) != 1:
-            self.note(keys, str(error), table=True)
-            return
-        value = told.get(named[0])
-        at, table = (*keys, named[0]), isinstance(value, dict)
+    def _of_part(self, error: FtcfaError, keys: Keys) -> FtcfaError:
+        """The error of a part, or of data that is none."""
+        value = self._value(keys)
+        if isinstance(error, KindError):
+            return self._fault(keys, error.got, error.expected, error.remedy)
+        table = isinstance(value, dict)
         if isinstance(error, UnknownNameError) and error.name == value:
             remedy = did_you_mean(value, error.known)
-            self.note(at, shown(value), one_of(error.known), remedy, table)
-        elif words[-1] == named[0]:
-            posture = isinstance(value, str) and error.expected == "numbers"
-            wanted = f'numbers or "{HOME}"' if posture else error.expected
-            self.note(at, error.got, wanted, error.remedy, table)
-        else:
-            self.note(at, str(error), table=table)
+            return self._fault(keys, shown(value), one_of(error.known), remedy)
+        if not error.subject or error.subject.endswith(f" {keys[-1] if keys else ''}"):
+            return self._fault(keys, error.got, error.expected, error.remedy, table)
+        return self._fault(keys, str(error), table=table)
+
+    def _fault(
+        self, keys: Keys, got: str, expected: str = "", remedy: str = "", table: bool = False
+    ) -> ParameterError:
+        """An error at a key, or at a ``table``."""
+        names: list[str] = []
+        for key in keys:
+            if isinstance(key, int):
+                names[-1] += f"[{key}]"
+            else:
+                names.append(key)
+        *tables, key = (*names, "") if table or not names else names
+        place = " ".join(filter(None, [f"[{'.'.join(tables)}]" if tables else "", key]))
+        subject = f"{self.file}: {place}" if place else self.file
+        return ParameterError(subject, got, expected, remedy)
+
+    def _value(self, keys: Keys) -> Any:
+        """The data at a place, None if there is none."""
+        value: Any = self.data
+        for key in keys:
+            try:
+                value = value[key]
+            except (KeyError, IndexError, TypeError):
+                return None
+        return value
 
 
-def refusal(call: Callable[..., Any], values: Mapping[str, Any]) -> FtcfaError | None:
-    """The error of a call, if it raises one."""
-    try:
-        call(**values)
-    except FtcfaError as error:
-        return error
-    return None
+def _notes(error: BaseException) -> list[str]:
+    return getattr(error, "__notes__", [])
 
 
-def guilty(
-    call: Callable[..., Any],
-    values: Mapping[str, Any],
-    error: FtcfaError,
-    names: Iterable[str],
-    instead: Mapping[str, Any],
-) -> str | None:
-    """Of some values the one without which the error is gone, or at least another.
+def _place(error: BaseException) -> Keys:
+    """The key or number that cattrs noted on an error."""
+    for note in _notes(error):
+        if isinstance(note, AttributeValidationNote):
+            return (note.name,)
+        if isinstance(note, IterableValidationNote):
+            return (note.index,)
+    return ()
 
-    Some cannot be left out but have a sound value ``instead``.
-    """
-    changed = None
-    for name in (*names, *instead):
-        others = {key: it for key, it in values.items() if key != name}
-        rest = refusal(call, {**others, **({name: instead[name]} if name in instead else {})})
-        if rest is None:
-            return name
-        if changed is None and str(rest) != str(error):
-            changed = name
-    return changed
+
+def shown(data: Any) -> str:
+    """A wrong value in a message."""
+    if isinstance(data, dict):
+        return "a table"
+    if isinstance(data, bool):
+        return str(data).lower()
+    text = repr(data)
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
+
+
+def one_of(known: Iterable[Any]) -> str:
+    """The known names as what was expected."""
+    return f"one of: {', '.join(map(str, known))}"
+
+
+def did_you_mean(name: Any, known: Iterable[str]) -> str:
+    """The nearest of the known names, as a remedy; nothing if none is near."""
+    near = difflib.get_close_matches(str(name), map(str, known), n=1)
+    return f"did you mean '{near[0]}'?" if near else ""

@@ -1,300 +1,256 @@
-"""From plain data back to the closed loop, or to everything that is wrong with the data at once."""
+"""From plain data to a closed loop, or to everything that is wrong with the data at once."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+from types import NoneType
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
+from cattrs import Converter
+from cattrs.errors import (
+    BaseValidationError,
+    ClassValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn
 
-from ftcfa.description.faults import Broken, ExperimentError, Faults, Keys, guilty, refusal
-from ftcfa.description.kinds import (
-    HOME,
+from ftcfa.description.faults import (
+    Broken,
+    ExperimentError,
+    Faults,
+    KindError,
     did_you_mean,
+    one_of,
+    shown,
+)
+from ftcfa.description.hints import (
+    alternatives,
+    choices,
+    element,
     expected,
     fits,
     is_number,
     is_path,
-    one_of,
-    reads_as_number,
-    shown,
 )
-from ftcfa.description.registry import (
-    OTHERWISE,
-    Parameter,
-    alternatives,
-    arm_loader,
-    choices,
-    element,
-    parameters,
-    spares,
-    stand_ins,
-)
-from ftcfa.errors import FtcfaError, ShapeError
+from ftcfa.description.registry import arguments, make, maker
+from ftcfa.description.write import NOT_REBUILDABLE
+from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.urdf.catalogue import catalogue
 
+HOME = "home"
+"""Stands for the arm's home posture wherever numbers, one for each joint, are expected."""
+NO_KEY = "observer"
+"""A field of `ClosedLoop` that no experiment has."""
+BROKEN = object()
+"""Stands for a part that could not be made, while the others are read."""
+ERRORS = (BaseValidationError, FtcfaError, Broken)
+"""Errors that data can cause."""
 Made = TypeVar("Made")
-Read = Callable[[Any, Keys], Any]
-"""What reads something that stands at some keys, and raises `Broken` if it cannot."""
 
 
-def rebuild(cls: type[Made], told: Mapping[str, Any], file: str, folder: Path) -> Made:
-    """What a document tells of.
+def rebuild(cls: type[Made], data: Mapping[str, Any], file: str, folder: Path) -> Made:
+    """The loop or experiment that a document describes.
 
     Args:
         cls: `ClosedLoop`, or a dataclass with a field ``loop`` whose other fields stand in the
             document beside those of the loop.
-        told: The document, such as `ftcfa.description.write.document` gives.
-        file: What messages call it.
-        folder: Where its relative paths count from.
+        data: The document, such as `ftcfa.description.write.document` gives.
+        file: How messages name it.
+        folder: The folder from which its relative paths count.
 
     Raises:
-        ExperimentError: If anything is wrong with it.
+        ExperimentError: If anything is wrong with it; it holds all errors.
     """
-    reader = _Reader(file, folder)
-    made = reader.attempt(reader.document, cls, told)
-    if reader.errors:
-        raise ExperimentError(reader.errors)
+    if NOT_REBUILDABLE in data:
+        raise ExperimentError([ParameterError(file, "no whole loop", remedy=data[NOT_REBUILDABLE])])
+    of_loop = [field.name for field in fields(ClosedLoop) if field.name != NO_KEY]
+    own = [field.name for field in fields(cast(Any, cls)) if cls is not ClosedLoop]
+    top = [name for name in own if name != "loop"] + of_loop
+    faults = Faults(file, data, top)
+    errors = [faults.unknown_key(key, top) for key in data if key not in top]
+    reader = _Reader(folder)
+
+    def attempt(part: Any, given: Mapping[str, Any], *keys: str) -> Any:
+        try:
+            return reader.value(given, part) if keys else reader.part(part, given)
+        except ERRORS as error:
+            errors.extend(faults.messages(error, keys))
+            return BROKEN
+
+    given = {key: data[key] for key in of_loop if key in data}
+    if "arm" in given:
+        given["arm"] = reader.arm = attempt(Dynamics, given["arm"], "arm")
+    made = attempt(ClosedLoop, given)
+    if cls is not ClosedLoop:
+        made = attempt(cls, {"loop": made, **{key: data[key] for key in own if key in data}})
+    if errors:
+        raise ExperimentError(errors)
     return cast(Made, made)
 
 
-class _Reader(Faults):
-    """Reads a document, noting what is wrong and going on.
+def is_annotated(hint: Any) -> bool:
+    """Whether a field declares a check."""
+    return get_origin(hint) is Annotated
 
-    Attributes:
-        folder: Where relative paths count from.
-        arm: The true arm, once it is there.
-        top: Keys that may stand at the top of the document.
+
+def type_of(data: Mapping[str, Any], parts: Sequence[type]) -> type:
+    """The part that a table describes: by its type, or the one that is obvious."""
+    by_name = {part.__name__: part for part in parts}
+    obvious = Arm if Arm in parts else parts[0] if len(parts) == 1 else None
+    if "type" not in data and obvious is not None:
+        return obvious
+    name = data.get("type")
+    if not isinstance(name, str) or name not in by_name:
+        got = shown(name) if "type" in data else "missing"
+        raise KindError(got, one_of(by_name), did_you_mean(name, by_name), field="type")
+    return by_name[name]
+
+
+class _Reader:
+    """Makes parts of data, by cattrs: all errors of a part are raised together.
+
+    Args:
+        folder: The folder from which relative paths count.
     """
 
-    def __init__(self, file: str, folder: Path) -> None:
-        super().__init__(file)
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.arm: Any = None
-        self.top: tuple[str, ...] = ()
+        self.arm: Any = BROKEN
+        self.converter = Converter()
+        self.converter.register_structure_hook_func(lambda _: True, self.value)
+        self.converter.register_structure_hook_func(is_annotated, self.checked)
+        for kind in (bool, int, float, str):
+            self.converter.register_structure_hook(kind, self.value)
 
-    def document(self, cls: Callable[..., Any], told: Mapping[str, Any]) -> Any:
-        """A loop, or what holds a loop and more."""
-        of_loop = {
-            name: it
-            for name, it in parameters(ClosedLoop).items()
-            if any(map(expected, alternatives(it.hint)))
-        }  # what watches the paths is no part of an experiment
-        own = {} if cls is ClosedLoop else parameters(cls)
-        beside = [name for name in own if name != "loop"]
-        self.top = (*beside, *of_loop)
-        self.unknown_keys(told, self.top, (), self.top)
-        given = {}
-        if "arm" in told:
-            self.arm = self.attempt(self.value, Dynamics, told["arm"], ("arm",))
-            given = {"arm": self.arm}
-        keys = {key: told[key] for key in of_loop if key in told}
-        loop = self.attempt(self.part, ClosedLoop, of_loop, keys, (), given)
-        if cls is ClosedLoop:
-            return loop
-        keys = {key: told[key] for key in beside if key in told}
-        return self.part(cls, own, keys, (), {"loop": loop})
+    def checked(self, data: Any, hint: Any) -> Any:
+        """A value that passes the check that its field declares."""
+        kind, check = get_args(hint)
+        value = self.value(data, kind)
+        if value is not None:
+            check.run("", value)
+        return value
 
-    def attempt(self, read: Callable[..., Any], *arguments: Any) -> Any:
-        """What a method reads, or None if that is broken."""
-        try:
-            return read(*arguments)
-        except Broken:
-            return None
-
-    def value(self, hint: Any, told: Any, keys: Keys) -> Any:
+    def value(self, data: Any, hint: Any) -> Any:
         """A value of a type."""
+        if data is BROKEN:
+            raise Broken
+        made = is_dataclass(data) or (data is None and NoneType in get_args(hint))
+        if made:
+            return data
         allowed = sorted(alternatives(hint), key=is_path, reverse=True)
-        fitting = [one for one in allowed if fits(one, told)]
+        fitting = [one for one in allowed if fits(one, data)]
         if not fitting:
-            words = dict.fromkeys(filter(None, map(expected, allowed)))
-            self.fail(keys, shown(told), " or ".join(words))
+            raise KindError(shown(data), expected(hint))
         one = fitting[0]
         if one is npt.ArrayLike:
-            return self.numbers(told, keys)
+            return self.numbers(data)
         if get_origin(one) is np.ndarray:
-            return self.array(told, keys)
-        if get_origin(one) is Literal:
-            return self.word(get_args(one), told, keys)
+            return self.array(data)
+        if get_origin(one) is Literal and data not in get_args(one):
+            known = get_args(one)
+            raise KindError(shown(data), one_of(known), did_you_mean(data, known))
         if is_path(one):
-            return self.path(told)
-        if isinstance(told, list):
-            return self.sequence(one, told, keys)
-        if isinstance(told, dict):
-            return self.table(hint, told, keys) if choices(hint) else self.mapping(one, told, keys)
-        return float(told) if one is float else told
+            return self.path(data)
+        if isinstance(data, list):
+            return self.sequence(data, one)
+        if isinstance(data, dict):
+            return self.table(data, hint) if choices(hint) else self.mapping(data, one)
+        return float(data) if one is float else data
 
-    def numbers(self, told: Any, keys: Keys) -> Any:
+    def table(self, data: dict[str, Any], hint: Any) -> Any:
+        """A part, by the name of its type; unknown keys are set aside, and errors all the same."""
+        cls = type_of(data, choices(hint))
+        call = maker(cls, data)
+        shape: Any = call if isinstance(call, type) else arguments(call)
+        names = {field.name for field in fields(shape)}
+        given = {key: value for key, value in data.items() if key in names}
+        unknown = data.keys() - names - {"type"}
+        errors: list[Exception] = []
+        if unknown:
+            errors.append(ForbiddenExtraKeysError("", shape, unknown))
+        try:
+            made = self.part(shape, given)
+            if shape is not call:
+                made = make(cls, {key: getattr(made, key) for key in given})
+        except ERRORS as error:
+            errors.append(error)
+        if errors:
+            raise ClassValidationError("", errors, shape)
+        return made
+
+    def part(self, cls: Any, data: Mapping[str, Any]) -> Any:
+        """A dataclass of its fields; a nominal arm that is left out is the true one."""
+        hints = get_type_hints(cls)
+        given = dict(data)
+        for field in fields(cls):
+            required = field.default is MISSING and field.default_factory is MISSING
+            if required and field.name not in data and cls is not ClosedLoop:
+                if hints[field.name] is Dynamics:
+                    given[field.name] = self.arm
+                elif NoneType in get_args(hints[field.name]):
+                    given[field.name] = None
+        return make_dict_structure_fn(cls, self.converter)(given, cls)
+
+    def numbers(self, data: Any) -> Any:
         """Numbers in lists in lists, as they stand; `HOME` is a row of them."""
-        if isinstance(told, list):
-            return self.each(self.numbers, told, keys)
-        if told == HOME:
-            if self.arm is None:
+        if isinstance(data, list):
+            return self.each(data, [npt.ArrayLike] * len(data))
+        if data == HOME:
+            if self.arm is BROKEN:
                 raise Broken
             return self.arm.home.tolist()
-        if isinstance(told, str) and not reads_as_number(told):
-            return told  # such as a mounting's name; what takes only numbers will say so
-        if not is_number(told):
-            self.fail(keys, shown(told), "numbers")
-        return float(told)
+        if not is_number(data):
+            text = isinstance(data, str)
+            raise KindError(shown(data), f'numbers or "{HOME}"' if text else "numbers")
+        return float(data)
 
-    def array(self, told: Any, keys: Keys) -> Any:
+    def array(self, data: Any) -> Any:
         """Numbers as an array."""
-        rows = self.numbers(told, keys)
+        rows = self.numbers(data)
         try:
             return np.array(rows, dtype=float)
         except ValueError:
-            self.fail(keys, shown(told), "numbers in rows of one length")
+            raise KindError(shown(data), "numbers in rows of one length") from None
 
-    def word(self, known: tuple[Any, ...], told: Any, keys: Keys) -> Any:
-        """One of some words."""
-        if told not in known:
-            self.fail(keys, shown(told), one_of(known), did_you_mean(told, known))
-        return told
-
-    def path(self, told: str) -> str:
+    def path(self, data: str) -> str:
         """A path counts from the folder; a bare word that is no file there may be a name."""
-        path = self.folder / Path(told).expanduser()
-        named = told in catalogue() or "://" in told
-        bare = len(Path(told).parts) == 1 and not Path(told).suffix and not path.exists()
-        return told if named or bare else str(path)
+        path = self.folder / Path(data).expanduser()
+        named = data in catalogue() or "://" in data
+        bare = len(Path(data).parts) == 1 and not Path(data).suffix and not path.exists()
+        return data if named or bare else str(path)
 
-    def sequence(self, one: Any, told: list[Any], keys: Keys) -> tuple[Any, ...]:
+    def sequence(self, data: list[Any], one: Any) -> tuple[Any, ...]:
         """Entries of one type, or as many as the type says."""
         hints = get_args(one)
-        if get_origin(one) is tuple and Ellipsis not in hints and len(told) != len(hints):
-            self.fail(keys, f"{len(told)} entries", f"{len(hints)}")
-        return tuple(self.each(self.of(element(one)), told, keys))
+        if get_origin(one) is tuple and Ellipsis not in hints:
+            if len(data) != len(hints):
+                raise KindError(f"{len(data)} entries", f"{len(hints)}")
+            return tuple(self.each(data, hints))
+        return tuple(self.each(data, [element(one)] * len(data)))
 
-    def each(self, read: Read, told: list[Any], keys: Keys) -> list[Any]:
-        """What is read of every entry."""
-        *tables, key = keys
-        made = [self.attempt(read, it, (*tables, f"{key}[{i}]")) for i, it in enumerate(told)]
-        if any(it is None for it in made):
-            raise Broken
-        return made
-
-    def mapping(self, one: Any, told: dict[str, Any], keys: Keys) -> dict[str, Any]:
+    def mapping(self, data: dict[str, Any], one: Any) -> dict[str, Any]:
         """Values of one type by names that are free."""
-        read = self.of(element(one))
-        made = {key: self.attempt(read, it, (*keys, key)) for key, it in told.items()}
-        if any(it is None for it in made.values()):
-            raise Broken
-        return made
+        values = self.each([*data.values()], [element(one)] * len(data), [*data])
+        return dict(zip(data, values, strict=True))
 
-    def of(self, hint: Any) -> Read:
-        """What reads values of a type."""
-        return lambda told, keys: self.value(hint, told, keys)
-
-    def table(self, hint: Any, told: dict[str, Any], keys: Keys) -> Any:
-        """A part."""
-        cls = self.type_of(choices(hint), told, keys)
-        rest = {key: value for key, value in told.items() if key != "type"}
-        if cls is Arm:
-            call, known = arm_loader(rest)
-            return self.part(call, known, rest, keys, {})
-        key, otherwise = OTHERWISE.get(cls, ("", cls))
-        call = otherwise if key in rest else cls
-        return self.part(call, parameters(call), rest, keys, {})
-
-    def type_of(self, classes: tuple[type, ...], told: dict[str, Any], keys: Keys) -> type:
-        """The part that a table is of: by its type, or the one that goes without saying."""
-        by_name = {cls.__name__: cls for cls in classes}
-        name = told.get("type")
-        if name is None and (Arm in classes or len(classes) == 1):
-            return classes[0]
-        if name is None:
-            self.fail((*keys, "type"), "missing", one_of(by_name))
-        if not isinstance(name, str) or name not in by_name:
-            self.fail((*keys, "type"), shown(name), one_of(by_name), did_you_mean(name, by_name))
-        return by_name[name]
-
-    def part(
-        self,
-        call: Callable[..., Any],
-        known: Mapping[str, Parameter],
-        told: Mapping[str, Any],
-        keys: Keys,
-        given: Mapping[str, Any],
-    ) -> Any:
-        """What a class or function makes of a table; ``given`` has been read, None if broken."""
-        if keys:
-            self.unknown_keys(told, known, keys, self.top)
-        sound, lacking = {}, False
-        for name, parameter in known.items():
-            asked = name in told or name in given or parameter.required
-            value = self.argument(name, parameter, told, keys, given) if asked else None
-            if value is not None or not (asked or parameter.default):
-                sound[name] = value
-            lacking |= asked and value is None
-        if not lacking:
+    def each(
+        self, data: list[Any], hints: Sequence[Any], keys: Sequence[str] | None = None
+    ) -> list[Any]:
+        """The values of all entries; the errors of all are raised together."""
+        values, errors = [], list[Exception]()
+        places: Sequence[str | int] = keys or range(len(data))
+        for key, item, hint in zip(places, data, hints, strict=True):
             try:
-                return call(**sound)
-            except FtcfaError:
-                pass  # why is what the probe finds out
-        self.probe(call, known, sound, told, keys, lacking)
-        raise Broken
-
-    def argument(
-        self,
-        name: str,
-        parameter: Parameter,
-        told: Mapping[str, Any],
-        keys: Keys,
-        given: Mapping[str, Any],
-    ) -> Any:
-        """What a part is given under one name, None if that is broken."""
-        if name in given:
-            return given[name]
-        if name in told:
-            return self.attempt(self.value, parameter.hint, told[name], (*keys, name))
-        if parameter.hint is Dynamics and keys:
-            return self.arm  # a law's nominal arm is the true one
-        words = dict.fromkeys(filter(None, map(expected, alternatives(parameter.hint))))
-        table = bool(choices(parameter.hint))
-        self.note((*keys, name), "missing", " or ".join(words), table=table)
-        return None
-
-    def probe(
-        self,
-        call: Callable[..., Any],
-        known: Mapping[str, Parameter],
-        sound: Mapping[str, Any],
-        told: Mapping[str, Any],
-        keys: Keys,
-        lacking: bool,
-    ) -> None:
-        """Note what a part refuses of the values that could be read, one after the other.
-
-        Once something is ``lacking``, what may be refused only because of that is left aside, and
-        so is what is refused only because of the value that stands in for a required one.
-        """
-        required = {name: it for name, it in known.items() if it.required}
-        spare, away = spares(required), set[str]()
-        if not sound.keys() >= required.keys():
-            plain = {k: it for k, it in sound.items() if not isinstance(told.get(k, {}), dict)}
-            away = spare.keys() - sound.keys()
-            sound = {**plain, **stand_ins(required), **{k: spare[k][0] for k in away}}
-            if not sound.keys() >= required.keys():
-                return
-        while (error := refusal(call, sound)) is not None:
-            optional = [key for key in sound if key not in required]
-            instead = {key: it for key, (it, _) in spare.items() if key not in away}
-            name = guilty(call, sound, error, optional, instead)
-            other = refusal(call, {**sound, **{key: spare[key][1] for key in away}})
-            genuine = str(other) == str(error)
-            if name is None:
-                if genuine and (not lacking or isinstance(call, type)):
-                    self.blame(error, list(required), told, keys)
-                return
-            follows = isinstance(error, ShapeError) or isinstance(told[name], dict)
-            if genuine and not (lacking and follows):
-                self.blame(error, list(required) if name in spare else [name], told, keys)
-            lacking = True
-            sound = {key: it for key, it in sound.items() if key != name}
-            if name in spare:
-                away = {*away, name}
-                sound[name] = spare[name][0]
+                values.append(self.value(item, hint))
+            except ERRORS as error:
+                error.__notes__ = [IterableValidationNote("", key, hint)]
+                errors.append(error)
+        if errors:
+            raise IterableValidationError("", errors, list)
+        return values

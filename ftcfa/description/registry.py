@@ -1,25 +1,23 @@
-"""The parts that a description of a closed loop may name, and what each is made of.
+"""The parts that a description of a closed loop may name.
 
-A part is a dataclass; what it takes is read from its own type hints, so that a new one needs no
-more than a place in `PARTS`, and one that another part's hint names outright not even that.
+A part is a frozen dataclass; its keys are read from its type hints. A new part is an entry of
+`PARTS`; a part that another part's hint names outright, such as `Gains`, needs none.
 """
 
-import inspect
-import types
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import InitVar, is_dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import field, make_dataclass
+from functools import cache
+from inspect import signature
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Any, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.control.filters import FILTERS, CommandFilter
-from ftcfa.control.ftcf import FTCF
 from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
 from ftcfa.errors import UnknownNameError
-from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Constant, MinimumJerk, Reference, Sinusoid, Table
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
@@ -75,125 +73,55 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
         Stacked,
     ),
 }
-"""What can stand where one of the protocols is asked for."""
-OTHERWISE: Mapping[type, tuple[str, Callable[..., Any]]] = {
+"""The parts that implement each protocol; a new part is one more entry."""
+MAKERS: Mapping[type, tuple[str, Callable[..., Any]]] = {
+    Arm: ("urdf", arm_from_text),
     Record: ("file", read_record),
     Spectrum: ("g2_per_hz", Spectrum.from_g),
     Standard: ("file", table_of_file),
     Table: ("file", Table.from_file),
 }
-"""What else makes a part, and the key by which a table asks for it."""
+"""Functions that also make a part, each with the key that a table for it has."""
 
 
-def _arm() -> Arm:
-    return load_arm("double_pendulum")
+CHANGES = ("inertias", "damping", "friction")
+"""Keys of an Arm for what was changed after it was loaded; see `Arm.source`."""
 
 
-STAND_INS: Mapping[Any, Callable[[], Any]] = {
-    Dynamics: _arm,
-    Controller: lambda: FTCF(_arm()),
-    Reference: lambda: Constant([0.0, 0.0]),
-    NoiseInput: lambda: BaseAcceleration("xz"),
-    Excitation: WhiteNoise,
-    ClosedLoop: lambda: ClosedLoop(_arm(), FTCF(_arm()), Constant([0.0, 0.0])),
-}
-"""What takes the place of a broken part while the rest is checked."""
-SPARES: Mapping[Any, tuple[Any, Any]] = {float: (1e-3, 1e3), int: (1, 1000)}
-"""The same for numbers, twice: what is wrong with the rest is wrong with either."""
-
-
-class Parameter(NamedTuple):
-    """What a part takes under one name."""
-
-    hint: Any
-    """Its type."""
-    default: bool
-    """Whether it has one."""
-
-    @property
-    def required(self) -> bool:
-        """Whether it must be given: it has no default and may not be None."""
-        return not self.default and types.NoneType not in get_args(self.hint)
-
-
-def parameters(call: Callable[..., Any]) -> dict[str, Parameter]:
-    """What a dataclass or function takes, by name."""
-    hints = get_type_hints(call)
-    return {
-        name: Parameter(hints[name], given.default is not given.empty)
-        for name, given in inspect.signature(call).parameters.items()
-        if not isinstance(hints[name], InitVar)
+def make(cls: type, keywords: Mapping[str, Any]) -> Any:
+    """Call the function that makes a part of some keywords: `load_arm` for an Arm."""
+    if cls is not Arm:
+        return maker(cls, keywords)(**keywords)
+    changes = {
+        name: np.asarray(keywords[name], dtype=float) for name in CHANGES if name in keywords
     }
+    rest = {name: value for name, value in keywords.items() if name not in CHANGES}
+    arm: Arm = maker(cls, keywords)(**rest)
+    if "inertias" in changes:
+        arm = arm.with_inertias(changes.pop("inertias"))
+    return arm.with_joint_friction(**changes) if changes else arm
 
 
-def arm_loader(keys: Iterable[str]) -> tuple[Callable[..., Arm], dict[str, Parameter]]:
-    """What makes an Arm of such keywords as `Arm.source` holds, and what it takes."""
-    load: Callable[..., Arm] = arm_from_text if "urdf" in keys else load_arm
-
-    def loader(*, inertias: npt.ArrayLike | None = None, **keywords: Any) -> Arm:
-        friction = {
-            name: np.asarray(keywords.pop(name), dtype=float)
-            for name in ("damping", "friction")
-            if name in keywords
-        }
-        arm = load(**keywords)
-        if inertias is not None:
-            arm = arm.with_inertias(np.asarray(inertias, dtype=float))
-        return arm.with_joint_friction(**friction) if friction else arm
-
-    own = ("inertias", "damping", "friction")
-    return loader, {**parameters(load), **dict.fromkeys(own, Parameter(npt.ArrayLike, True))}
+def maker(cls: type, keys: Mapping[str, Any]) -> Callable[..., Any]:
+    """The class itself, or the function that makes a part of such keys."""
+    key, function = MAKERS.get(cls, ("", cls))
+    if key in keys:
+        return function
+    return load_arm if cls is Arm else cls
 
 
-def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The types that a hint allows, without None; `numpy.typing.ArrayLike` is one of them."""
-    if get_origin(hint) not in (Union, types.UnionType):
-        return (hint,)
-    allowed = [one for one in get_args(hint) if one is not types.NoneType]
-    array = get_args(npt.ArrayLike)
-    if set(array) <= set(allowed):
-        return (npt.ArrayLike, *(one for one in allowed if one not in array))
-    return tuple(allowed)
-
-
-def choices(hint: Any) -> tuple[type, ...]:
-    """The parts that a hint allows."""
-    found: list[type] = []
-    for one in alternatives(hint):
-        if one in PARTS:
-            found.extend(PARTS[one])
-        elif isinstance(one, type) and is_dataclass(one):
-            found.append(one)
-    return tuple(found)
-
-
-def element(hint: Any) -> Any:
-    """The hint of an entry of a sequence or mapping, None if the hint allows neither."""
-    for one in alternatives(hint):
-        if get_origin(one) in (tuple, list, Sequence, Iterable):
-            return get_args(one)[0]
-        if get_origin(one) in (dict, Mapping):
-            return get_args(one)[1]
-    return None
-
-
-def stand_ins(required: Mapping[str, Parameter]) -> dict[str, Any]:
-    """Sound parts for those names that ask for parts."""
-    found = {}
-    for name, parameter in required.items():
-        for one in alternatives(parameter.hint):
-            if one in STAND_INS:
-                found[name] = STAND_INS[one]()
-    return found
-
-
-def spares(required: Mapping[str, Parameter]) -> dict[str, tuple[Any, Any]]:
-    """Two sound values, far apart, for those names that ask for numbers or words."""
-    found = {}
-    for name, parameter in required.items():
-        for one in alternatives(parameter.hint):
-            if one in SPARES:
-                found[name] = SPARES[one]
-            elif get_origin(one) is Literal:
-                found[name] = (get_args(one)[0], get_args(one)[-1])
-    return found
+@cache
+def arguments(call: Callable[..., Any]) -> Any:
+    """A dataclass with a field for each argument of a function that makes a part."""
+    hints = get_type_hints(call)
+    described: list[Any] = [
+        (
+            name,
+            hints[name],
+            *([] if given.default is given.empty else [field(default=given.default)]),
+        )
+        for name, given in signature(call).parameters.items()
+    ]
+    if call in (load_arm, arm_from_text):
+        described += [(name, npt.ArrayLike, field(default=())) for name in CHANGES]
+    return make_dataclass("Arguments", described, kw_only=True)

@@ -3,34 +3,38 @@
 import dataclasses
 import hashlib
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from types import NoneType
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ftcfa.description.registry import arm_loader, choices, element, parameters
+from ftcfa.description.hints import choices, element
+from ftcfa.description.registry import make
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
 from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.model.urdf.description import read_urdf
 
-LARGE = 10_000
-"""Entries above which results remember an array by its digest."""
+LARGE = 1_000_000
+"""Entries above which results remember an array by its digest; 20 MB as text."""
+NOT_REBUILDABLE = "not_rebuildable"
+"""Key under which results say why no loop can be made of what they remember."""
 COMPARED = ("G", "g0", "effort_limit", "damping", "friction", "inertias")
-"""What must be the same when an Arm is loaded again."""
+"""Quantities that must be the same when an Arm is loaded again."""
 
 
 def describe(part: Any, largest: int | None = None) -> Any:
     """Any part of an experiment as numbers, strings, lists and dictionaries.
 
-    An Arm becomes what loaded it; any other dataclass its type, where that is not obvious, and
-    fields. What cannot be shown goes by its type.
+    An Arm becomes the keywords that load it; any other dataclass its type, where that is not
+    obvious, and fields. Other objects are described by their type.
 
     Args:
         part: The part.
-        largest: Arrays of more entries go by their shape and SHA-256; None tells them all.
+        largest: Arrays of more entries become their shape and SHA-256; None writes all out.
     """
     if isinstance(part, Arm):
         return {"type": "Arm", **(part.source or {"robot": part.name})}
@@ -51,19 +55,19 @@ def describe(part: Any, largest: int | None = None) -> Any:
 
 
 def _fields(part: Any, largest: int | None) -> dict[str, Any]:
-    told = {}
+    data = {}
     for field in dataclasses.fields(part):
         value = getattr(part, field.name)
-        told[field.name] = describe(value, largest)
+        data[field.name] = describe(value, largest)
         hint = get_args(field.type)[0] if get_origin(field.type) is Annotated else field.type
         allowed = [t for t in get_args(hint) or (hint,) if t is not NoneType]
         if dataclasses.is_dataclass(value) and allowed == [type(value)]:
-            del told[field.name]["type"]  # it is obvious
-    return told
+            del data[field.name]["type"]  # it is obvious
+    return data
 
 
 def document(loop: ClosedLoop) -> dict[str, Any]:
-    """A loop as data from which `ftcfa.description.read` makes the same one, bit for bit.
+    """A loop as data from which `ftcfa.description.read.rebuild` makes the same one, bit for bit.
 
     What is None is left out, and so is a nominal arm that is the true one.
 
@@ -71,15 +75,26 @@ def document(loop: ClosedLoop) -> dict[str, Any]:
         ParameterError: If a part is a user's own, or an Arm was changed after it was loaded.
     """
     _check(loop, ClosedLoop, "loop")
-    told = describe(loop)
-    arm = told["arm"]
-    del told["type"]
-    return {"arm": _tidy(told.pop("arm"), None), **_tidy(told, arm)}
+    return _document(loop)
 
 
-def self_contained(told: Mapping[str, Any]) -> dict[str, Any]:
+def provenance(loop: ClosedLoop) -> dict[str, Any]:
+    """What results remember of their loop: a `document` that needs no file of this machine.
+
+    Where no loop can be made of it (a part is a user's own, an Arm was changed by hand, an array
+    has more than `LARGE` entries), the entry `NOT_REBUILDABLE` says why, and the document shows
+    what can be shown.
+    """
+    try:
+        _check(loop, ClosedLoop, "loop", LARGE)
+    except ParameterError as error:
+        return {NOT_REBUILDABLE: str(error), **_document(loop, LARGE)}
+    return self_contained(_document(loop))
+
+
+def self_contained(data: Mapping[str, Any]) -> dict[str, Any]:
     """A document that needs no file of this machine: texts in place of the paths of URDFs."""
-    whole = _tidy(told, None)  # a copy
+    whole = _tidy(data, None)  # a copy
     for arm in arms(whole):
         if has_path(arm):
             path = Path(arm["robot"])
@@ -87,84 +102,94 @@ def self_contained(told: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
-def provenance(loop: ClosedLoop) -> dict[str, Any]:
-    """What results remember of their loop: all of it, or what can be told of a user's own parts."""
-    try:
-        return self_contained(document(loop))
-    except ParameterError:
-        return describe(loop)
-
-
-def differences(found: Any, told: Any, name: str = "") -> str:
+def differences(first: Any, second: Any, name: str = "") -> str:
     """Names of the entries in which two pieces of plain data differ."""
-    if isinstance(found, dict) and isinstance(told, dict):
-        keys = [key for key in {**found, **told} if found.get(key) != told.get(key)]
-        inner = [differences(found.get(k), told.get(k), f"{name}.{k}".strip(".")) for k in keys]
+    if isinstance(first, dict) and isinstance(second, dict):
+        keys = [key for key in {**first, **second} if first.get(key) != second.get(key)]
+        inner = [differences(first.get(k), second.get(k), f"{name}.{k}".strip(".")) for k in keys]
         return ", ".join(inner)
     return name
 
 
-def arms(told: Any) -> Iterator[dict[str, Any]]:
-    """The arms that a document tells of."""
-    if isinstance(told, dict):
-        if told.get("type") == "Arm":
-            yield told
-        for value in told.values():
+def arms(data: Any) -> Iterator[dict[str, Any]]:
+    """The arms of a document."""
+    if isinstance(data, dict):
+        if data.get("type") == "Arm":
+            yield data
+        for value in data.values():
             yield from arms(value)
 
 
 def has_path(arm: Mapping[str, Any]) -> bool:
-    """Whether an arm is told by the path of its URDF, not by its text or a name we know."""
+    """Whether an arm is given by the path of its URDF, not by its text or a name we know."""
     return "urdf" not in arm and arm["robot"] not in catalogue()
 
 
-def _tidy(told: Any, arm: Any) -> Any:
+def _document(loop: ClosedLoop, largest: int | None = None) -> dict[str, Any]:
+    data = describe(loop, largest)
+    del data["type"]
+    arm = data.pop("arm")
+    return {"arm": _tidy(arm, None), **_tidy(data, arm)}
+
+
+def _tidy(data: Any, arm: Any) -> Any:
     """Data without what is None or equals the true arm."""
-    if isinstance(told, Mapping):
-        return {k: _tidy(v, arm) for k, v in told.items() if v is not None and v != arm}
-    return [_tidy(item, arm) for item in told] if isinstance(told, list) else told
+    if isinstance(data, Mapping):
+        return {k: _tidy(v, arm) for k, v in data.items() if v is not None and v != arm}
+    return [_tidy(item, arm) for item in data] if isinstance(data, list) else data
 
 
-def _check(part: Any, hint: Any, name: str) -> None:
-    """Refuse a part that no document can tell."""
+def _check(part: Any, hint: Any, name: str, largest: int | None = None) -> None:
+    """Refuse a part that no document can describe."""
+    subject = f"{name} of the experiment"
+    if isinstance(part, np.ndarray) and largest is not None and part.size > largest:
+        remedy = "results hold its digest: keep the loop"
+        raise ParameterError(subject, f"{part.size} numbers", f"at most {largest}", remedy)
     if part is None or isinstance(part, bool | int | float | str | np.ndarray | np.generic):
         return
     if isinstance(part, list | tuple):
         for i, item in enumerate(part):
-            _check(item, element(hint), f"{name}[{i}]")
+            _check(item, element(hint), f"{name}[{i}]", largest)
     elif isinstance(part, Mapping):
         for key, value in part.items():
-            _check(value, element(hint), f"{name}.{key}")
+            _check(value, element(hint), f"{name}.{key}", largest)
     elif type(part) not in choices(hint):
         raise ParameterError(
-            f"{name} of the experiment",
+            subject,
             f"a {type(part).__name__}",
             "a part of ftcfa",
             "a part of your own cannot be written: run its loop with simulate",
         )
     elif isinstance(part, Arm):
-        _check_arm(part, name)
+        _check_arm(part, subject)
     else:
-        for field, (inner, _) in parameters(type(part)).items():
-            _check(getattr(part, field), inner, field if name == "loop" else f"{name}.{field}")
+        hints = get_type_hints(type(part))
+        for field in dataclasses.fields(part):
+            inner = field.name if name == "loop" else f"{name}.{field.name}"
+            _check(getattr(part, field.name), hints[field.name], inner, largest)
 
 
-def _check_arm(arm: Arm, name: str) -> None:
+def _check_arm(arm: Arm, subject: str) -> None:
     """Refuse an Arm that is not what its source gives when it is loaded again."""
     if arm.source is None:
+        got = f"{arm!r}, made by hand"
+        raise ParameterError(subject, got, "an Arm that load_arm gave")
+    same = _is_as_loaded.__wrapped__ if has_path(arm.source) else _is_as_loaded  # files may change
+    if not same(arm):
         raise ParameterError(
-            f"{name} of the experiment", f"{arm!r}, made by hand", "an Arm that load_arm gave"
-        )
-    loader, _ = arm_loader(arm.source)
-    again = loader(**arm.source)
-    was, is_now = ([*(getattr(a, key) for key in COMPARED), *_constants(a)] for a in (again, arm))
-    if not all(map(np.array_equal, was, is_now)):
-        raise ParameterError(
-            f"{name} of the experiment",
-            f"{arm!r}, which is no more what {arm.source['robot']} gives",
+            subject,
+            f"{arm!r}, which is no longer what {arm.source['robot']} gives",
             "an Arm as load_arm gave it",
             "load it again if the file has changed; change it with load_arm's arguments",
         )
+
+
+@lru_cache(maxsize=64)
+def _is_as_loaded(arm: Arm) -> bool:
+    assert arm.source is not None
+    again = make(Arm, arm.source)
+    was, is_now = ([*(getattr(a, key) for key in COMPARED), *_constants(a)] for a in (again, arm))
+    return all(map(np.array_equal, was, is_now))
 
 
 def _constants(arm: Arm) -> tuple[Any, ...]:

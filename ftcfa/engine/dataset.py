@@ -11,7 +11,7 @@ import xarray as xr
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Quantity
-from ftcfa.description.write import LARGE, describe
+from ftcfa.description.write import provenance
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
 
@@ -42,7 +42,7 @@ def trajectories(
         },
         attrs={
             "ftcfa_version": version("ftcfa"),
-            "experiment": json.dumps(describe(loop, LARGE)),
+            "experiment": json.dumps(provenance(loop)),
         },
     )
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import known_name, vector
+from ftcfa.checks import about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
@@ -70,7 +70,8 @@ def load_arm(
         ParameterError, ShapeError: If an argument is of the wrong type, range or shape.
     """
     entry, file = locate(robot, package_dirs)
-    description = read_urdf(file)
+    with about("robot"):
+        description = read_urdf(file)
     source = {"robot": str(robot if entry is not None else file.resolve())}
     return _arm(description, entry, source, lock, gravity, effort_limit, mounting)
 
