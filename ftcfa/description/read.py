@@ -40,6 +40,7 @@ from ftcfa.description.registry import arguments, make, maker
 from ftcfa.description.write import NOT_REBUILDABLE
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.urdf.catalogue import catalogue
 
