@@ -1,4 +1,4 @@
-"""The compiled engine: blocks of paths on threads, each block through its program."""
+"""The compiled engine: paths in blocks, and machine code that runs the blocks on threads."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from ftcfa.streams import first_rows
 
 CACHE_LINE = 64
 TICKS_PER_CALL = 2048
-"""Ticks of one integration step each between two looks at whether to stop: some 20 ms."""
+"""Integration steps between two checks of whether to stop: some 20 ms."""
 
 
 def run_compiled(
@@ -35,19 +35,18 @@ def run_compiled(
     threads: int | None = None,
     target: Target | None = None,
 ) -> Paths:
-    """Run many paths.
+    """Run many paths by compiled code.
 
     Args:
         loop: The closed loop.
         samples: Number of samples; the first is at time zero.
-        record_every: Keep every so many samples.
+        record_every: Number of samples from one that is kept to the next.
         seed: Seed of the experiment.
         paths: Numbers of the paths.
         names: Signals to keep.
         varied: Parameters that differ from path to path, each of shape (paths, ...).
-        threads: Threads; as many as this process may use by default.
-        target: Vectors to compile for; the machine's own by default.
-
+        threads: Number of threads; as many as this process may use by default.
+        target: Vectors to compile for; those of this machine by default.
     """
     target = host_target() if target is None else target
     traced = trace(loop, names, tuple(varied))
@@ -69,20 +68,20 @@ def run_compiled(
         first_rows=_padded(starts, program.lanes),
         parameters=_parameters(traced, varied, len(paths), program.lanes),
         record=np.empty((blocks * program.lanes, kept, program.signals)),
-        death=np.full((blocks, program.lanes), np.nan),
+        diverged_at=np.full((blocks, program.lanes), np.nan),
         observed=np.empty((blocks, flat(traced.observer).size, program.lanes)),
     )
     _run_blocks(work, blocks, threads)
     record = work.record[: len(paths)]
-    died = work.death.reshape(-1)[: len(paths)] * loop.period
+    diverged_at = work.diverged_at.reshape(-1)[: len(paths)] * loop.period
     rows = work.observed.transpose(0, 2, 1)  # (blocks, lanes, entries)
     observed = rows.reshape(len(work.record), rows.shape[2])[: len(paths)]
-    return Paths.of(_split(record, traced), died, observed, traced.observer)
+    return Paths.of(_split(record, traced), diverged_at, observed, traced.observer)
 
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """All that the blocks read and write; each block owns its rows."""
+    """The arrays that the blocks read and write; each block writes to its own rows."""
 
     program: Program
     seed: int
@@ -95,14 +94,14 @@ class _Work:
     first_rows: np.ndarray  # (blocks, lanes)
     parameters: Array  # (blocks, entries, lanes)
     record: Array  # (blocks lanes, kept, signals)
-    death: Array  # (blocks, lanes)
+    diverged_at: Array  # (blocks, lanes), in ticks
     observed: Array  # (blocks, entries, lanes)
 
     def block(self, b: int, stop: Event) -> None:
-        """Run one block to its end, or until asked to stop."""
+        """Run one block to its end, or until `stop` is set."""
         program = self.program
         state = _aligned(np.zeros((program.states, program.lanes)))
-        parameters, paths, death = self.parameters[b], self.paths[b], self.death[b]
+        parameters, paths, diverged_at = self.parameters[b], self.paths[b], self.diverged_at[b]
         record = self.record[b * program.lanes :]
         first_rows = self.first_rows[b]
         program.init(
@@ -129,18 +128,18 @@ class _Work:
                 self.record_every,
                 record.ctypes.data,
                 record[0].size,
-                death.ctypes.data,
+                diverged_at.ctypes.data,
             )
         self.observed[b] = state[program.states - self.observed.shape[1] :]
 
 
 def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
-    """All blocks, on threads; an interrupt stops them within a call."""
+    """Run all blocks on threads; an interrupt stops them within one call of their code."""
     threads = len(os.sched_getaffinity(0)) if threads is None else threads
     stop, queue = Event(), iter(range(blocks))
 
     def serve() -> None:
-        for b in queue:  # threads share it: each takes the next block when it is free
+        for b in queue:  # which the threads share: each takes the next block when it is free
             if stop.is_set():
                 return
             work.block(b, stop)
@@ -158,20 +157,20 @@ def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
 
 
 def _desired_rows(loop: ClosedLoop, samples: int) -> Array:
-    """The desired motion at every sample, which all paths share, shape (samples, 3 n)."""
+    """Desired motion at every sample, the same for all paths, shape (samples, 3 n)."""
     rows = loop.reference.at(np.arange(samples) * loop.period)
     return np.ascontiguousarray(np.concatenate(rows, axis=1))
 
 
 def _padded(rows: np.ndarray, lanes: int) -> np.ndarray:
-    """Rows (paths, ...) in blocks (blocks, lanes, ...), the last row repeated to fill."""
+    """Rows (paths, ...) as blocks (blocks, lanes, ...); the last row fills the last block."""
     missing = -len(rows) % lanes
     full = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
     return full.reshape(len(full) // lanes, lanes, *rows.shape[1:])
 
 
 def _parameters(traced: TracedLoop, varied: Mapping[str, Array], paths: int, lanes: int) -> Array:
-    """Parameters in the order of the traced code, a path a lane: (blocks, entries, lanes)."""
+    """Parameters as the traced code takes them, a path a lane, shape (blocks, entries, lanes)."""
     rows: list[Array] = [np.zeros((paths, 0))]
     for name, prepare in traced.preparations:
         values = prepare(varied[name])
@@ -181,7 +180,7 @@ def _parameters(traced: TracedLoop, varied: Mapping[str, Array], paths: int, lan
 
 
 def _aligned(values: Array) -> Array:
-    """A copy in rows that begins on a cache line: vectors that cross lines cost double."""
+    """A contiguous copy that begins on a cache line; a vector across two lines costs double."""
     memory = np.empty(values.nbytes + CACHE_LINE, dtype=np.uint8)
     start = -memory.ctypes.data % CACHE_LINE
     copy = memory[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
@@ -190,7 +189,7 @@ def _aligned(values: Array) -> Array:
 
 
 def _split(record: Array, traced: TracedLoop) -> Signals:
-    """The recorded row cut into its signals: views, not copies."""
+    """Signals of a record by name, as views of it."""
     signals, start = {}, 0
     for name, shape in traced.signals:
         entries = int(np.prod(shape))

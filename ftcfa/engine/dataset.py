@@ -1,4 +1,4 @@
-"""Recorded signals as an xarray Dataset, with units and what is needed to run them again."""
+"""Recorded signals as an xarray Dataset, with units and the description of their loop."""
 
 import json
 from collections.abc import Mapping
@@ -23,12 +23,12 @@ def trajectories(
     paths: npt.NDArray[np.uint64],
     varied: Mapping[str, Array],
 ) -> xr.Dataset:
-    """A Dataset over paths.
+    """Recorded signals as a Dataset over paths.
 
     Args:
         loop: The closed loop that ran.
         time: Times of the samples, shape (T,) [s].
-        run: Signals over paths and time, and times of divergence.
+        run: The paths that ran.
         paths: Numbers of the paths.
         varied: Parameters that differ from path to path, each of shape (paths, ...); they become
             coordinates.
@@ -67,19 +67,19 @@ def trajectories(
     )
     dataset["diverged_at"] = (
         ("path",),
-        run.died,
-        {"units": "s", "long_name": "time of divergence, NaN if none"},
+        run.diverged_at,
+        {"units": "s", "long_name": "time of divergence, NaN for a path that did not diverge"},
     )
     return dataset
 
 
 def _signed(paths: npt.NDArray[np.uint64]) -> npt.NDArray[np.integer[Any]]:
-    """The numbers as ordinary integers, if they all fit."""
+    """Path numbers as ordinary signed integers if all fit, else as they are."""
     return paths if np.any(paths >= 2**63) else paths.astype(np.int64)
 
 
 def attributes(loop: ClosedLoop, unit: str, meaning: str, per_joint: bool) -> dict[str, str]:
-    """Units and meaning of a variable; prismatic joints have m for rad."""
+    """Attributes of a variable: unit and meaning; prismatic joints have m instead of rad."""
     if per_joint and "prismatic" in loop.arm.joint_types:
         unit = f"{unit} (prismatic joints: {_linear(unit)})"
     return {"units": unit, "long_name": meaning}

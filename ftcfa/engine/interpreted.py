@@ -1,4 +1,4 @@
-"""The interpreted engine: the loop's own Python functions, step by step, on Pinocchio."""
+"""The interpreted engine: the loop's own Python, step by step, on Pinocchio."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,12 +9,12 @@ from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.compiler.flatten import flat
 from ftcfa.engine.paths import Paths
-from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
+from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
 from ftcfa.loop.parameters import with_parameters
 from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 CHUNK = 4096
-"""Samples whose noise is drawn at once."""
+"""Number of samples whose noise is drawn at once."""
 
 
 def run_interpreted(
@@ -28,20 +28,20 @@ def run_interpreted(
 ) -> Paths:
     """Run paths one after the other.
 
-    Args, returns: as of `ftcfa.engine.compiled.run_compiled`.
+    Args, returns: As for `ftcfa.engine.compiled.run_compiled`.
     """
     kept = -(-samples // record_every)
     shapes = loop.signal_shapes()
     record = {name: np.full((len(paths), kept, *shapes[name]), np.nan) for name in names}
-    died = np.full(len(paths), np.nan)
+    diverged_at = np.full(len(paths), np.nan)
     start = _start(loop, seed, 0)
     observed = np.full((len(paths), flat(start.observer).size), np.nan)
     for i, path in enumerate(paths):
         own = with_parameters(loop, {name: values[i] for name, values in varied.items()})
         rows = {name: record[name][i] for name in names}
-        died[i], state = _run_path(own, samples, record_every, seed, int(path), rows)
+        diverged_at[i], state = _run_path(own, samples, record_every, seed, int(path), rows)
         observed[i] = flat(state.observer)
-    return Paths.of(record, died, observed, start.observer)
+    return Paths.of(record, diverged_at, observed, start.observer)
 
 
 def _run_path(
@@ -50,7 +50,7 @@ def _run_path(
     """Fill the rows of one path.
 
     Returns:
-        The time at which it diverged [s], NaN if it did not, and its state at the end.
+        The time at which the path diverged [s], NaN if it did not, and its state at the end.
     """
     state = _start(loop, seed, path)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -60,7 +60,7 @@ def _run_path(
             noise, rows_of_noise = _noise(loop, ticks, seed, path)
             for k, tick in enumerate(ticks):
                 now = Desired(*(row[k] for row in desired))
-                if not alive(state):
+                if not bounded(state):
                     return tick * loop.period, state
                 signals, state = loop.step(state, now, noise[k], rows_of_noise[k])
                 if tick % record_every == 0:
@@ -70,7 +70,7 @@ def _run_path(
 
 
 def _start(loop: ClosedLoop, seed: int, path: int) -> LoopState:
-    """The state of a path at the first sample."""
+    """State of a path at the first sample."""
     desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
     return loop.init(desired, initial_normals(loop.process, seed, path))
 

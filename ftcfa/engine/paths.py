@@ -1,4 +1,4 @@
-"""What an engine gives of many paths."""
+"""The result of an engine: signals, times of divergence and observations of many paths."""
 
 from typing import Any, NamedTuple, Self
 
@@ -10,24 +10,24 @@ from ftcfa.engine.compiler.flatten import leaves, like, size
 
 
 class Paths(NamedTuple):
-    """Paths that were run."""
+    """Paths that an engine has run."""
 
     signals: Signals
-    """Over paths and kept samples, each of shape (paths, kept, ...); NaN from divergence on."""
-    died: Array
-    """Times of divergence, shape (paths,) [s]; NaN where there was none."""
+    """Signals over paths and kept samples, shape (paths, kept, ...); NaN from divergence on."""
+    diverged_at: Array
+    """Times of divergence, shape (paths,) [s]; NaN for a path that did not diverge."""
     observed: Any
-    """The observer's states at the end, with a leading dimension for the path; NaN where it
+    """States of the observer at the end, with a leading dimension for the path; NaN for a path that
     diverged."""
 
     @classmethod
-    def of(cls, signals: Signals, died: Array, observed: Array, observer: Any) -> Self:
-        """From the observer's states in rows, shape (paths, entries), and one as a template."""
-        rows = np.where(np.isnan(died)[:, None], observed, np.nan)
+    def of(cls, signals: Signals, diverged_at: Array, observed: Array, observer: Any) -> Self:
+        """Paths from the observer's states as rows, shape (paths, entries), and one as template."""
+        rows = np.where(np.isnan(diverged_at)[:, None], observed, np.nan)
         ends = np.cumsum([size(leaf) for leaf in leaves(observer)])
         parts = np.split(rows, ends[:-1], axis=1) if len(ends) else []
         shaped = [
             part.reshape(len(rows), *np.shape(leaf))
             for part, leaf in zip(parts, leaves(observer), strict=True)
         ]
-        return cls(signals, died, like(observer, iter(shaped)))
+        return cls(signals, diverged_at, like(observer, iter(shaped)))

@@ -1,4 +1,4 @@
-"""Many paths through either engine: their robots drawn, a law that cannot be compiled seen to."""
+"""Runs of many paths by either engine, each with its own robot where robots are uncertain."""
 
 import os
 import warnings
@@ -24,11 +24,11 @@ Engine = Literal["compiled", "interpreted"]
 
 
 class Run(NamedTuple):
-    """Paths, and how they came about."""
+    """Paths, what varied among them, and the engine that ran them."""
 
     paths: Paths
     varied: dict[str, Array]
-    """What differed from path to path, by dotted name, each of shape (paths, ...)."""
+    """Parameters that differed from path to path, by dotted name, each of shape (paths, ...)."""
     engine: Engine
     """The engine that ran them."""
 
@@ -46,8 +46,9 @@ def run_paths(
 ) -> Run:
     """Run many paths, each with the robot that the loop's uncertainty draws for it.
 
-    Args: as of `ftcfa.engine.compiled.run_compiled`, with ``vary`` unchecked. A law that cannot
-        be compiled runs interpreted, with a warning that says why.
+    A law that cannot be compiled runs interpreted, with a warning that says why.
+
+    Args: As for `ftcfa.engine.compiled.run_compiled`; ``vary`` is unchecked.
     """
     varied = checked_values(loop, {**vary, **_robots(loop, vary, seed, paths)}, len(paths))
     arguments = (loop, samples, record_every, seed, paths, names, varied)
@@ -62,7 +63,7 @@ def run_paths(
 def _robots(
     loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], seed: int, paths: Words
 ) -> dict[str, Array]:
-    """The parameters of each path's own robot."""
+    """Parameters of the robot of each path, by dotted name; none where the robot is certain."""
     if loop.uncertainty is None:
         return {}
     robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
@@ -78,7 +79,7 @@ def _robots(
 
 
 def path_numbers(paths: Any) -> Words:
-    """Path numbers 0, 1, ... of a count, or the given ones."""
+    """Path numbers 0, 1, ... for a number of paths, or the given path numbers."""
     if isinstance(paths, Integral) and not isinstance(paths, bool) and int(paths) >= 0:
         return np.arange(int(paths), dtype=np.uint64)
     if isinstance(paths, Iterable) and not isinstance(paths, str):
@@ -87,7 +88,7 @@ def path_numbers(paths: Any) -> Words:
 
 
 def samples_of(loop: ClosedLoop, duration: float) -> int:
-    """Samples of a run: at 0, period, ... up to and including the duration [s]."""
+    """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
     number = isinstance(duration, Real) and not isinstance(duration, bool)
     if not (number and np.isfinite(duration) and duration >= 0):
         raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
@@ -95,14 +96,14 @@ def samples_of(loop: ClosedLoop, duration: float) -> int:
 
 
 def check_memory(subject: str, needed: int) -> None:
-    """Refuse what would not fit into the machine, before anything is computed.
+    """Refuse a result that would not fit into memory, before anything is computed.
 
     Args:
-        subject: What needs it.
-        needed: Bytes.
+        subject: Name of the result in the message.
+        needed: Its size [bytes].
 
     Raises:
-        ParameterError: If that is more than half of what there is.
+        ParameterError: If it needs more than half of the machine's memory.
     """
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed > present / 2:

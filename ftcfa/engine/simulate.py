@@ -1,4 +1,4 @@
-"""`simulate` and `simulate_paths`: a closed loop run over one path or many, as a Dataset."""
+"""`simulate` and `simulate_paths`: one path of a closed loop or many, as a Dataset."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import get_args
@@ -14,9 +14,9 @@ from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 
 STANDARD = ("q", "v", "u")
-"""Signals that are always recorded; the others are on request. The reference is known."""
+"""Signals that are always recorded; all others are recorded on request."""
 RESERVED = frozenset({"path", "time", "joint", "joint_type", "ote", "diverged_at"})
-"""Names of the Dataset that are no signals."""
+"""Names in the Dataset that no signal may have."""
 ENGINES = get_args(Engine)
 
 
@@ -41,14 +41,14 @@ def simulate(
         seed: Seed of the experiment, 0 <= seed < 2^64.
         path: Number of the path, 0 <= path < 2^64.
         signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
-        record_every: Keep every so many samples.
+        record_every: Number of samples from one that is kept to the next.
         engine: ``"compiled"``, or ``"interpreted"`` for the loop's own Python, step by step. A
             law that cannot be compiled runs interpreted, with a warning that says why.
 
     Returns:
         A Dataset with ``time`` [s]; ``q``, ``q_d``, ``v``, ``u`` over (time, joint); ``ote``, the
-        overall tracking error |q - q_d|, over time; the asked signals; and ``diverged_at`` [s],
-        NaN unless the path diverged, in which case all but q_d is NaN from then on.
+        overall tracking error |q - q_d|, over time; the requested signals; and ``diverged_at`` [s],
+        the time at which the path diverged, from which on all but q_d is NaN, or NaN if it did not.
 
     Raises:
         ParameterError, UnknownNameError: If an argument is out of range or a name unknown.
@@ -75,22 +75,22 @@ def simulate_paths(
 
     Args:
         loop: The closed loop.
-        paths: How many (path numbers 0, 1, ...), or the path numbers.
+        paths: Number of paths, which then have the numbers 0, 1, ..., or their numbers.
         duration: Simulated time [s].
         seed: Seed of the experiment, 0 <= seed < 2^64.
         vary: Parameters that differ from path to path, by dotted name, each of shape
             (paths, ...): initial states ``q0`` and ``v0``, ``arm.inertias``,
             ``arm.effort_limit``, ``vibration.level``, gains such as ``controller.gains.c1``, and
-            any other number or array that the loop computes with. The values are inputs of the
-            compiled code, so a sweep compiles once.
+            any other number or array that a part of the loop declares in its ``varies``. The
+            values are inputs of the compiled code, so a sweep compiles once.
         signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
-        record_every: Keep every so many samples.
-        threads: Threads; all that this process may use by default.
+        record_every: Number of samples from one that is kept to the next.
+        threads: Number of threads; as many as this process may use by default.
         engine: As in `simulate`.
 
     Returns:
-        A Dataset as of `simulate` with a leading dimension ``path``; what varies is a coordinate,
-        the robots that the loop's ``uncertainty`` draws among it.
+        A Dataset like that of `simulate` with a leading dimension ``path``. What varies is a
+        coordinate; so are the robots that the loop's ``uncertainty`` draws.
 
     Raises:
         ParameterError, ShapeError, UnknownNameError: If an argument is of the wrong range,
@@ -147,8 +147,10 @@ def _signal_names(
             "a name that the Dataset has itself",
             "another name",
         )
-    asked = known if signals == "all" else [signals] if isinstance(signals, str) else list(signals)
-    for name in asked:
+    if signals == "all":
+        signals = known
+    requested = [signals] if isinstance(signals, str) else list(signals)
+    for name in requested:
         if name not in known:
             raise UnknownNameError("signal", name, known)
-    return [*STANDARD, *(name for name in asked if name not in (*STANDARD, "q_d"))]
+    return [*STANDARD, *(name for name in requested if name not in (*STANDARD, "q_d"))]

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import (
     Check,
     about,
@@ -33,7 +33,7 @@ from ftcfa.vibration.excitations.white_noise import WhiteProcess
 from ftcfa.vibration.vibration import Vibration
 
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
-"""The process of a loop that nothing shakes."""
+"""The process of a loop without vibration."""
 A_LAW = "a control law with init and step, such as FTCF(arm)"
 A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
 LOOP_QUANTITIES: Mapping[str, Quantity] = {
@@ -49,29 +49,29 @@ DIVERGED = 1e4
 
 
 class Motion(NamedTuple):
-    """What an integration step advances: the robot and what shakes it."""
+    """State that an integration step advances: that of the robot and that of the vibration."""
 
-    q: Array
+    q: Traceable
     """Position, shape (n,) [rad or m]."""
-    v: Array
+    v: Traceable
     """Velocity, shape (n,) [rad/s or m/s]."""
     vibration: Any = ()
     """State of the vibration."""
 
 
 class Observer(Protocol):
-    """Watches a path as it runs: its state at the end is a result, such as a largest error."""
+    """Computes results of a path as it runs, such as its largest error: its state at the end."""
 
     def init(self, n: int) -> Any:
         """State before the first sample, for n joints: arrays in tuples."""
         ...
 
     def step(self, state: Any, signals: Signals, period: float) -> Any:
-        """New state after a sample; plain NumPy without branches on values.
+        """New state after a sample, in plain NumPy without branches on values.
 
         Args:
-            state: State before it.
-            signals: Of the sample, as `ClosedLoop.step` gives them.
+            state: State before the sample.
+            signals: Signals of the sample, as `ClosedLoop.step` gives them.
             period: Sampling period [s].
         """
         ...
@@ -81,19 +81,19 @@ class LoopState(NamedTuple):
     """State of the closed loop at a sample."""
 
     motion: Motion
-    """Of the plant."""
+    """State of the plant."""
     controller: Any
-    """Of the controller."""
+    """State of the controller."""
     observer: Any = ()
-    """Of the observer."""
+    """State of the observer."""
 
     @property
-    def q(self) -> Array:
+    def q(self) -> Traceable:
         """Position, shape (n,) [rad or m]."""
         return self.motion.q
 
     @property
-    def v(self) -> Array:
+    def v(self) -> Traceable:
         """Velocity, shape (n,) [rad/s or m/s]."""
         return self.motion.v
 
@@ -105,26 +105,26 @@ def check_integrator(subject: str, name: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoop:
-    """An arm, its controller, its reference and what shakes it, sampled.
+    """An arm, its controller, its reference and its vibration, sampled.
 
-    The controller reads q and v every ``period`` and its torque, clipped at the arm's effort
-    limit, is held; the plant takes ``substeps`` integration steps in between. A measurement that
-    is not finite or beyond DIVERGED gives no torque, and the controller sees the desired motion
-    in its place, so that it does not remember what was none.
+    The controller reads q and v every ``period``. Its torque, clipped at the arm's effort limit,
+    is held while the plant takes ``substeps`` integration steps. Where a measurement is not finite
+    or beyond DIVERGED, the torque is zero and the controller sees the desired motion instead of
+    the measurement, which keeps its own state finite.
 
     Attributes:
         arm: The true robot.
         controller: The control law; it holds the nominal robot.
         reference: The desired motion.
-        vibration: What shakes the robot, or None.
+        vibration: The vibration of the robot, or None.
         period: Sampling period of the controller [s].
         substeps: Integration steps a period.
         integrator: ``"euler-maruyama"`` or ``"semi-implicit"``.
         q0: Initial position, shape (n,) [rad or m]; the arm's home posture by default.
         v0: Initial velocity, shape (n,) [rad/s or m/s]; at rest by default.
-        uncertainty: The robots around ``arm`` of which every path has its own, or None. The
-            controller's nominal robot stays.
-        observer: What watches every path, or None.
+        uncertainty: Distribution from which every path draws its own robot, or None. The nominal
+            robot of the controller stays the same.
+        observer: Computes results of every path as it runs, or None.
     """
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
@@ -163,13 +163,13 @@ class ClosedLoop:
 
     @cached_property
     def process(self) -> Process:
-        """What shakes, over integration steps of this loop's length."""
+        """The excitation over integration steps of this loop's length."""
         if self.vibration is None:
             return STILL
         return self.vibration.process(self.arm, self.step_length)
 
     def with_process(self, process: Process) -> "ClosedLoop":
-        """This loop, shaken by another process than the one of its excitation."""
+        """This loop with another process than that of its excitation."""
         loop = copy.copy(self)
         object.__setattr__(loop, "process", process)  # where cached_property keeps it
         return loop
@@ -179,35 +179,35 @@ class ClosedLoop:
         """Length of an integration step [s]."""
         return self.period / self.substeps
 
-    def init(self, desired: Desired, normals: Array | None = None) -> LoopState:
+    def init(self, desired: Desired, normals: Traceable | None = None) -> LoopState:
         """The state at the first sample.
 
         Args:
-            desired: Desired motion there.
+            desired: Desired motion at the first sample.
             normals: Standard normal deviates, shape (process.initial_normals,); zeros if None.
         """
         q, v = cast(Array, self.q0), cast(Array, self.v0)
         if normals is None:
             normals = np.zeros(self.process.initial_normals)
-        shaken = () if self.vibration is None else self.vibration.init(self.process, normals)
+        vibration = () if self.vibration is None else self.vibration.init(self.process, normals)
         observer = () if self.observer is None else self.observer.init(self.arm.n)
-        return LoopState(Motion(q, v, shaken), self.controller.init(q, v, desired), observer)
+        return LoopState(Motion(q, v, vibration), self.controller.init(q, v, desired), observer)
 
     def step(
         self, state: LoopState, desired: Desired, normals: Array, rows: Array | None = None
     ) -> tuple[Signals, LoopState]:
-        """One sample: what was measured and computed there, and the state at the next.
+        """Signals of one sample, and the state at the next.
 
         Args:
             state: State at this sample.
             desired: Desired motion at this sample.
             normals: Standard normal deviates of the period, shape (substeps, process.normals).
-            rows: Rows of the process for its steps, shape (substeps, columns); its first ones
-                if None.
+            rows: Rows of the process for the steps of the period, shape (substeps, columns); the
+                first ones if None.
 
         Returns:
             The signals of this sample and the state at the next one. ``u`` is the torque that
-            acts, within the effort limits; ``u_command`` is what the controller asked for.
+            acts, within the effort limits; ``u_command`` is what the controller commands.
         """
         if rows is None:
             rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
@@ -218,8 +218,8 @@ class ClosedLoop:
         return signals, state._replace(motion=motion)
 
     def control(self, state: LoopState, desired: Desired) -> tuple[Signals, LoopState]:
-        """The part of `step` at the sample: signals, and the state but for the motion."""
-        q, v, usable = state.q, state.v, alive(state) > 0.0
+        """Signals of a sample, and its state with new states of controller and observer."""
+        q, v, usable = state.q, state.v, bounded(state) > 0.0
         measured = np.where(usable, q, desired.q), np.where(usable, v, desired.v)
         given = self.controller.step(state.controller, *measured, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
@@ -243,24 +243,24 @@ class ClosedLoop:
             observer = self.observer.step(observer, signals, self.period)
         return signals, LoopState(state.motion, controller, observer)
 
-    def advance(self, motion: Motion, u: Array, normals: Array, row: Array) -> Motion:
+    def advance(self, motion: Motion, u: Traceable, normals: Traceable, row: Traceable) -> Motion:
         """One integration step of the plant under torque u.
 
         Args:
-            motion: At the start of the step.
+            motion: State of the plant at the start of the step.
             u: Torque, shape (n,) [N m or N].
             normals: Standard normal deviates, shape (process.normals,).
-            row: The step's row of the process, shape (columns,).
+            row: Row of the process for this step, shape (columns,).
         """
-        q, v, shaken = motion
+        q, v, vibration = motion
         step = self.step_length
         impulse = np.zeros_like(q)
         if self.vibration is not None:
-            impulse, shaken = self.vibration.impulse(
-                self.process, self.arm, q, v, shaken, normals, row, step
+            impulse, vibration = self.vibration.impulse(
+                self.process, self.arm, q, v, vibration, normals, row, step
             )
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
-        return Motion(q, v, shaken)
+        return Motion(q, v, vibration)
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
@@ -268,13 +268,13 @@ class ClosedLoop:
         return {**quantities(self.controller), **LOOP_QUANTITIES}
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
-        """Name and shape of every signal that `step` gives, found by one sample of the law."""
+        """Name and shape of every signal of `step`, from one sample of the law."""
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
         signals, _ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
 
 
-def alive(state: LoopState) -> Array:
+def bounded(state: LoopState) -> Traceable:
     """1.0 while |q| and |v| are finite and within DIVERGED, else 0.0."""
     largest = np.max(np.abs(np.concatenate([state.q, state.v])))
     return np.where(largest < DIVERGED, 1.0, 0.0)

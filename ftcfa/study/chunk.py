@@ -70,7 +70,7 @@ def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Data
     return xr.Dataset(
         {
             **{name: (PATH_DIMENSIONS[: rows.ndim], rows) for name, rows in per_path.items()},
-            "diverged_at": ("path", run.paths.died),
+            "diverged_at": ("path", run.paths.diverged_at),
             "moments": (("sum", "power", "time", "quantity"), np.concatenate(moments, axis=2)),
             "filled": ("bin", np.concatenate(filled)),
             "count": ("bin", np.concatenate(count)),

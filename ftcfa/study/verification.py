@@ -182,7 +182,7 @@ def verify(
             run = run_paths(observed, samples, samples, seed, paths, ["u"], {}, threads)
             part = _excess(metrics.results(run.paths.observed, loop.period), limits)
             excess = np.concatenate([excess, part], axis=1)
-            diverged_at = np.concatenate([diverged_at, run.paths.died])
+            diverged_at = np.concatenate([diverged_at, run.paths.diverged_at])
             worst = _worst(excess, diverged_at, list(limits))
             verification = _verification(excess, worst, seed, specification)
             if progress is not None:

@@ -23,7 +23,7 @@ from ftcfa import (
 )
 from ftcfa.control.protocol import Desired
 from ftcfa.description.write import describe
-from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, alive
+from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, bounded
 from ftcfa.loop.plant import INTEGRATORS
 
 STILL = Desired(np.zeros(2), np.zeros(2), np.zeros(2))
@@ -199,7 +199,7 @@ def test_signal_shapes_are_those_of_a_sample():
 
 
 @pytest.mark.parametrize(
-    ("q", "v", "lives"),
+    ("q", "v", "expected"),
     [
         ([0.0, 0.0], [0.0, 0.0], True),
         ([0.999 * DIVERGED, 0.0], [0.0, -0.999 * DIVERGED], True),
@@ -211,8 +211,8 @@ def test_signal_shapes_are_those_of_a_sample():
         ([0.0, 0.0], [-np.inf, 0.0], False),
     ],
 )
-def test_a_path_lives_while_it_is_finite_and_within_bounds(q, v, lives):
-    assert alive(LoopState(Motion(np.array(q), np.array(v)), None)) == lives
+def test_a_state_is_bounded_while_it_is_finite_and_within_bounds(q, v, expected):
+    assert bounded(LoopState(Motion(np.array(q), np.array(v)), None)) == expected
 
 
 def test_a_description_is_plain_data():

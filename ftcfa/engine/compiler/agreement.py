@@ -1,7 +1,7 @@
-"""Proof that traced code is the loop that it was traced from: some samples, computed both ways.
+"""Comparison of traced code with the loop that it was traced from, on some samples.
 
-What tracing cannot see (a state that a law hides, a value that it asks the type of) and what
-traced code cannot follow (a law changed since) shows in the numbers.
+Tracing does not see a state that a law hides or a test of a value's type, and code that was traced
+before does not follow a law that was changed since. Each of these changes the numbers.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -22,13 +22,13 @@ AGREEMENT = 1e-6
 NEGLIGIBLE = 1e-6
 """Quantities whose largest entry is below this are compared absolutely [SI units]."""
 DISTURBANCE = 1e-3
-"""States are moved by so much, away from where sign(x) leaps."""
+"""Standard deviation by which states are moved away from zero, where sign(x) is discontinuous."""
 START, MEMORY, MOTION = "state from init", "state from step", "motion"
-"""Names of what is compared beside the signals."""
+"""Names of the quantities that are compared beside the signals."""
 
 
 class Sample(NamedTuple):
-    """One sample of a loop: what went in, and what came out, flat, by name."""
+    """One sample of a loop: its inputs, and its results as flat arrays by name."""
 
     state: LoopState
     desired: Desired
@@ -39,11 +39,11 @@ class Sample(NamedTuple):
 
 
 def check_pure(loop: ClosedLoop) -> None:
-    """Compute some samples twice.
+    """Compute some samples twice by the loop's own Python.
 
     Raises:
-        TracingError: If the same question got two answers: a law hides a state, or keeps it in
-            something else than numbers.
+        TracingError: If the results differ, since a law hides a state, or if its state is not made
+            of numbers.
     """
     state = loop.init(Desired(*(row[0] for row in loop.reference.at(np.zeros(1)))))
     for leaf in leaves(state[1:]):
@@ -61,7 +61,7 @@ def check_pure(loop: ClosedLoop) -> None:
             once,
             tolerance=0.0,
             fault="the same inputs gave results that differ by",
-            remedy="return what is remembered as part of the state; draw no random numbers",
+            remedy="return everything that the law remembers as its state; draw no random numbers",
         )
 
 
@@ -80,7 +80,7 @@ def check_agreement(
             sample,
             tolerance=AGREEMENT,
             fault="traced, it differs from the loop's own by",
-            remedy="hide no state, and do not ask of what type a value is",
+            remedy="hide no state, and do not test the type of a value",
         )
 
 
@@ -143,7 +143,7 @@ def _difference(got: Array, expected: Array) -> float:
 
 
 def _author(loop: ClosedLoop, name: str) -> str:
-    """Who computes a quantity: file and line of the law, or the plant's type."""
+    """Author of a quantity for a message: file and line of the law, or the plant's type."""
     if name == MOTION:
         return f"{type(loop.arm).__name__} and what shakes it"
     law = getattr(type(loop.controller), "init" if name == START else "step", None)

@@ -8,11 +8,11 @@ from ftcfa.streams import MANTISSA_SHIFT, ONE, PARITY, ROTATIONS, ROUNDS
 
 TWO_PI = 6.283185307179586
 PURE = "nounwind willreturn memory(none)"
-"""What LLVM may rely on of an elementary function."""
+"""Attributes that LLVM may assume of an elementary function."""
 
 
 class Assembly:
-    """The body of one function, line by line; values are named in the order they arise."""
+    """The body of one function, line by line; values are numbered in their order."""
 
     def __init__(self, target: Target) -> None:
         self.target = target
@@ -69,7 +69,7 @@ class Assembly:
         return self.emit(f"load {self.vector}, ptr {self.address(base, index)}, align 8")
 
     def memory(self, base: str) -> "Entries":
-        """The vectors of doubles from an address on, loaded when they are needed."""
+        """Vectors of doubles from an address on, each loaded where it is needed."""
         return lambda i: self.load(base, i)
 
     def store(self, value: str, base: str, index: str | int) -> None:
@@ -77,21 +77,21 @@ class Assembly:
         self.do(f"store {self.vector} {value}, ptr {self.address(base, index)}, align 8")
 
     def arithmetic(self, operation: str, x: str, y: str) -> str:
-        """A product or sum that may be fused with its neighbour, a quotient."""
+        """An arithmetic operation; LLVM may fuse a product with a sum."""
         return self.emit(f"{operation} contract {self.vector} {x}, {y}")
 
     def reciprocal(self, x: str) -> str:
-        """1/x, computed once: division is the slowest arithmetic, and divisors recur.
+        """1/x, computed once for each x: division is slow, and the same divisors recur.
 
-        A quotient x (1/y) is within two ulp of x/y unless 1/y leaves the normal numbers, that is
-        unless |y| is below 1e-308 or above 1e307.
+        A quotient x (1/y) is within two ulp of x/y unless 1/y is not a normal number, which is
+        where |y| is below 1e-308 or above 1e307.
         """
         if x not in self._reciprocals:
             self._reciprocals[x] = self.arithmetic("fdiv", self.constant(1.0), x)
         return self._reciprocals[x]
 
     def compare(self, predicate: str, x: str, y: str) -> str:
-        """A mask."""
+        """Mask of the lanes in which a comparison holds."""
         return self.emit(f"fcmp {predicate} {self.vector} {x}, {y}")
 
     def select(self, mask: str, x: str, y: str) -> str:
@@ -107,7 +107,7 @@ class Assembly:
         return self.emit(f"call {self.vector} {symbol}({values})")
 
     def elementary(self, name: str, *arguments: str) -> str:
-        """An elementary function, whole vectors at a time where the machine can."""
+        """An elementary function, on whole vectors where the machine has it for them."""
         symbol, width = self.target.vector_function(name, len(arguments))
         self.symbols.add(symbol)
         if width == 1:
@@ -154,21 +154,21 @@ class Assembly:
 
 
 Entries = Callable[[int], str]
-"""Gives a value by its place in an input; it may load it, as late as it is needed."""
+"""Function from the place of an entry in an input to its value; it may append a load."""
 
 
 def normals(
     asm: Assembly, seed: str, paths: str, step: str, stream: int, channels: int
 ) -> list[str]:
-    """Append the deviates of one step: `ftcfa.streams.standard_normals`, on vectors.
+    """Append the normal deviates of one step, those of `ftcfa.streams.standard_normals`.
 
     Args:
-        asm: Where to.
+        asm: Code to append to.
         seed: Vector of words, the seed.
         paths: Vector of words, the number of each lane's path.
         step: Vector of words, the number of the step.
-        stream: What the numbers are for.
-        channels: How many are wanted.
+        stream: Number of the stream, such as `ftcfa.streams.PLANT_NOISE`.
+        channels: Number of deviates.
     """
     deviates: list[str] = []
     for pair in range((channels + 1) // 2):

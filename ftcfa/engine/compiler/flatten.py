@@ -1,4 +1,4 @@
-"""States as flat lists of arrays and back: nested tuples in, leaves out."""
+"""States, which are nested tuples of arrays, as flat lists of arrays and back."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,14 +9,14 @@ from ftcfa.arrays import Array
 
 
 def leaves(tree: Any) -> list[Array]:
-    """The arrays of nested tuples, left to right; None holds none."""
+    """Arrays of nested tuples, from left to right; None stands for no array."""
     if isinstance(tree, tuple):
         return [leaf for branch in tree for leaf in leaves(branch)]
     return [] if tree is None else [tree]
 
 
 def like(template: Any, arrays: Iterator[Array]) -> Any:
-    """The nested tuples of a template with other leaves."""
+    """Nested tuples of the template's structure that hold other arrays."""
     if isinstance(template, tuple):
         branches = [like(branch, arrays) for branch in template]
         named = hasattr(template, "_fields")
@@ -25,11 +25,11 @@ def like(template: Any, arrays: Iterator[Array]) -> Any:
 
 
 def flat(tree: Any) -> Array:
-    """All numbers of nested tuples, row by row, in one vector."""
+    """All numbers of nested tuples in one vector, each array row by row."""
     rows = [np.ravel(np.asarray(leaf, dtype=float)) for leaf in leaves(tree)]
     return np.concatenate([*rows, np.zeros(0)])
 
 
 def size(array: Array) -> int:
-    """Number of entries."""
+    """Number of entries of an array."""
     return int(np.prod(np.shape(array)))

@@ -20,7 +20,7 @@ from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
 OPTIMISATION = {"init": 0, "run": 2}
-"""Of LLVM's code generator: what runs once a path is compiled fast, what runs every tick well."""
+"""Levels of LLVM's code generator: ``init`` runs once a path, ``run`` at every tick."""
 
 _P, _I = ctypes.c_void_p, ctypes.c_int64
 _INIT = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I)
@@ -29,7 +29,7 @@ _SIGNATURES = {
     "init": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed",
     "run": "ptr %state, ptr %parameters, ptr %desired, ptr %paths, i64 %seed, ptr %rows, "
     "i64 %row_count, ptr %first_rows, i64 %tick0, i64 %ticks, i64 %every, ptr %record, "
-    "i64 %stride, ptr %death",
+    "i64 %stride, ptr %diverged_at",
 }
 
 
@@ -43,14 +43,14 @@ class Program:
     Attributes:
         init: (state, parameters, first desired row, paths, seed): fills the state.
         run: (state, parameters, desired rows from tick on, paths, seed, rows of the process, their
-            number, each path's first row, tick, ticks, record_every, record, stride, death):
-            advances the state by some ticks. The signals of a kept tick go
-            to record[lane * stride + row * signals + i]; a path that diverges gets its tick of
-            death (NaN before) and NaN for signals from there on.
-        lanes: Paths a block.
-        states: Entries of a path's state.
-        signals: Entries of a path's recorded row.
-        engines: Owners of the code.
+            number, each path's first row, tick, ticks, record_every, record, stride,
+            diverged_at): advances the state by some ticks. The signals of a kept tick go to
+            record[lane * stride + row * signals + i]. Where a path diverges, the tick is written
+            to diverged_at (NaN before), and its signals are NaN from then on.
+        lanes: Number of paths in a block.
+        states: Number of entries of a path's state.
+        signals: Number of entries of a path's recorded row.
+        engines: LLVM's engines, which own the code.
     """
 
     init: Any
@@ -67,7 +67,7 @@ _lock = threading.Lock()
 
 
 def compile_loop(traced: TracedLoop, target: Target) -> Program:
-    """Compile a traced loop, or find it among those that this process has compiled."""
+    """Machine code of a traced loop; each is compiled once a process."""
     known = _programs.setdefault(traced, {})
     if target not in known:
         known[target] = _compiled(traced, target)
@@ -137,7 +137,7 @@ def _init(traced: TracedLoop, target: Target) -> Assembly:
 
 
 def _run(traced: TracedLoop, target: Target) -> Assembly:
-    """The loop over ticks: control and first integration step, recording, further steps."""
+    """Code of the loop over ticks: control, first integration step, recording, further steps."""
     asm, first = Assembly(target), traced.first
     asm.label("entry")
     kept = asm.emit(f"alloca [{traced.recorded + 1} x {asm.vector}], align 64")
@@ -157,14 +157,14 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     step = asm.emit(f"mul i64 %tick, {traced.substeps}")
     noise = _noise(asm, first, seed, paths, step)
     inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
-    after, signals, u, (alive,) = lower(asm, first, inputs)
-    living = _living(asm, alive)
+    after, signals, u, (bounded,) = lower(asm, first, inputs)
+    running = _not_diverged(asm, bounded)
     for i, value in enumerate(after):
-        asm.store(asm.select(living, value, asm.constant(0.0)), "%state", i)
+        asm.store(asm.select(running, value, asm.constant(0.0)), "%state", i)
     for i, value in enumerate(signals):
-        asm.store(asm.select(living, value, asm.constant(math.nan)), kept, i)
+        asm.store(asm.select(running, value, asm.constant(math.nan)), kept, i)
     for i, value in enumerate(u):
-        asm.store(asm.select(living, value, asm.constant(0.0)), torque, i)
+        asm.store(asm.select(running, value, asm.constant(0.0)), torque, i)
     asm.do("%phase = urem i64 %tick, %every")
     asm.do("%keep_it = icmp eq i64 %phase, 0")
     asm.do("br i1 %keep_it, label %keep, label %further")
@@ -181,7 +181,7 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
 
 
 def _keys(asm: Assembly) -> tuple[str, str]:
-    """The seed, and the numbers of the paths, as vectors of words."""
+    """Vectors of words: the seed, and the numbers of the paths."""
     return asm.broadcast("i64", "%seed"), asm.emit(f"load {asm.words}, ptr %paths, align 8")
 
 
@@ -204,7 +204,7 @@ def _noise(
 
 
 def _desired(asm: Assembly, row: str, entries: int) -> Entries:
-    """A row of the desired motion, which all paths share."""
+    """Entries of a row of the desired motion, which all paths share."""
     pointer = asm.address("%desired", asm.emit(f"mul i64 {row}, {entries}"), "double")
 
     def entry(i: int) -> str:
@@ -214,18 +214,18 @@ def _desired(asm: Assembly, row: str, entries: int) -> Entries:
     return entry
 
 
-def _living(asm: Assembly, alive: str) -> str:
-    """Write the tick of death of paths that die at this one; mask of those that live on."""
+def _not_diverged(asm: Assembly, bounded: str) -> str:
+    """Write this tick for paths that diverge at it; mask of the paths that have not diverged."""
     tick = asm.broadcast("double", asm.emit("sitofp i64 %tick to double"))
-    death = asm.load("%death", 0)
-    unmarked = asm.compare("uno", death, death)
-    sound = asm.compare("une", alive, asm.constant(0.0))
-    asm.store(asm.select(sound, death, asm.select(unmarked, tick, death)), "%death", 0)
+    before = asm.load("%diverged_at", 0)
+    unmarked = asm.compare("uno", before, before)
+    sound = asm.compare("une", bounded, asm.constant(0.0))
+    asm.store(asm.select(sound, before, asm.select(unmarked, tick, before)), "%diverged_at", 0)
     return asm.emit(f"and {asm.mask} {unmarked}, {sound}")
 
 
 def _keep(asm: Assembly, kept: str, recorded: int) -> None:
-    """Copy the kept signals, a path at a time, into the record; ends at label further."""
+    """Copy the kept signals into the record, a path at a time; ends with a jump to `further`."""
     row = asm.emit("udiv i64 %tick, %every")
     start = asm.emit(f"mul i64 {row}, {recorded}")
     asm.do("br label %copy")
@@ -247,7 +247,7 @@ def _keep(asm: Assembly, kept: str, recorded: int) -> None:
 def _further_steps(
     asm: Assembly, traced: TracedLoop, torque: str, step: str, seed: str, paths: str
 ) -> None:
-    """The integration steps of a tick after the first, torque held; begins at label further."""
+    """Code of a tick's integration steps after the first, torque held; begins with `further`."""
     asm.label("further")
     if traced.further is None:
         asm.do("br label %latch")

@@ -1,4 +1,4 @@
-"""CasADi's tape, operation by operation, as vector assembly with NumPy's meaning."""
+"""Translation of CasADi's tape to vector assembly, each operation as NumPy defines it."""
 
 from collections.abc import Callable, Sequence
 
@@ -12,9 +12,9 @@ def lower(asm: Assembly, function: ca.Function, inputs: Sequence[Entries]) -> li
     """Append a CasADi function's tape.
 
     Args:
-        asm: Where to.
-        function: A function of symbols, all of whose outputs are dense columns.
-        inputs: What gives the entries of its inputs.
+        asm: Code to append to.
+        function: A function of symbols; all its outputs are dense columns.
+        inputs: Entries of each of its inputs.
 
     Returns:
         Values of its outputs, entry by entry.
@@ -36,34 +36,34 @@ def lower(asm: Assembly, function: ca.Function, inputs: Sequence[Entries]) -> li
 
     for k in range(function.n_instructions()):
         operation = function.instruction_id(k)
-        taken, given = function.instruction_input(k), function.instruction_output(k)
+        sources, targets = function.instruction_input(k), function.instruction_output(k)
         if operation == ca.OP_OUTPUT:
-            outputs[given[0]][given[1]] = number(taken[0])
+            outputs[targets[0]][targets[1]] = number(sources[0])
             continue
         if operation == ca.OP_INPUT:
-            result = inputs[taken[0]](taken[1])
+            result = inputs[sources[0]](sources[1])
         elif operation == ca.OP_CONST:
             result = asm.constant(function.instruction_constant(k))
         elif operation in _LOGIC:
-            result = _LOGIC[operation](asm, *(mask(r) for r in taken))
+            result = _LOGIC[operation](asm, *(mask(r) for r in sources))
         elif operation == ca.OP_IF_ELSE_ZERO:
-            result = asm.select(mask(taken[0]), number(taken[1]), asm.constant(0.0))
+            result = asm.select(mask(sources[0]), number(sources[1]), asm.constant(0.0))
         else:
-            result = _numeric(operation)(asm, *(number(r) for r in taken))
-        work.pop(given[0], None)
-        masks.pop(given[0], None)
-        (masks if operation in _LOGIC or operation in _COMPARISONS else work)[given[0]] = result
+            result = _numeric(operation)(asm, *(number(r) for r in sources))
+        work.pop(targets[0], None)
+        masks.pop(targets[0], None)
+        (masks if operation in _LOGIC or operation in _COMPARISONS else work)[targets[0]] = result
     return outputs
 
 
 def _maximum(asm: Assembly, x: str, y: str, predicate: str = "ogt") -> str:
-    """NumPy's maximum (or minimum): a NaN on either side wins."""
+    """NumPy's maximum (or minimum): NaN if either is NaN."""
     larger = asm.select(asm.compare(predicate, x, y), x, y)
     return asm.select(asm.compare("uno", x, x), x, larger)
 
 
 def _sign(asm: Assembly, x: str) -> str:
-    """NumPy's sign: zero and NaN stay themselves."""
+    """NumPy's sign: that of zero is zero, that of NaN is NaN."""
     zero = asm.constant(0.0)
     negative = asm.select(asm.compare("olt", x, zero), asm.constant(-1.0), x)
     return asm.select(asm.compare("ogt", x, zero), asm.constant(1.0), negative)
@@ -131,7 +131,7 @@ _ELEMENTARY = {
 
 
 def _numeric(operation: int) -> Numeric:
-    """How an operation on numbers is written.
+    """Function that appends an operation on numbers.
 
     Raises:
         TracingError: If the compiled engine has no such operation.

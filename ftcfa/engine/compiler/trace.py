@@ -1,4 +1,4 @@
-"""Trace a closed loop: its own Python functions, run once on symbols, become straight-line code."""
+"""Tracing of a closed loop: its own Python, run once on symbols, becomes straight-line code."""
 
 import threading
 import traceback
@@ -24,10 +24,11 @@ from ftcfa.engine.compiler.agreement import (
 )
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size
 from ftcfa.errors import ParameterError, TracingError
-from ftcfa.loop.closed_loop import ClosedLoop, LoopState, alive
+from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
 from ftcfa.loop.parameters import parameter, preparation, with_parameters
 from ftcfa.loop.twin import twin
 from ftcfa.model.symbols import SymbolArray, column, symbols
+from ftcfa.parts import fields_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +37,15 @@ class TracedLoop:
 
     Attributes:
         init: (desired, normals, parameters) -> state.
-        first: (state, desired, normals, row, parameters) -> (state, signals, torque, alive): the
+        first: (state, desired, normals, row, parameters) -> (state, signals, torque, bounded): the
             controller and the first integration step.
         further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
             or None.
-        signals: Name and shape of the recorded signals.
-        observer: An observer's state, the last entries of the loop's; () if there is none.
+        signals: Name and shape of each recorded signal.
+        observer: State of the observer, the last entries of the loop's; () if there is none.
         substeps: Integration steps a sample.
-        preparations: For each varied parameter, what turns its values, shape (paths, ...), into
-            inputs of the code, shape (paths, entries).
+        preparations: Name of each varied parameter, and the function that turns its values, shape
+            (paths, ...), into inputs of the code, shape (paths, ...).
     """
 
     init: ca.Function
@@ -57,27 +58,27 @@ class TracedLoop:
 
     @property
     def recorded(self) -> int:
-        """Entries of the recorded signals."""
+        """Number of entries of the recorded signals."""
         return int(self.first.nnz_out(1))
 
     @property
     def joints(self) -> int:
-        """Entries of the torque."""
+        """Number of entries of the torque."""
         return int(self.first.nnz_out(2))
 
 
 def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) -> TracedLoop:
-    """Trace a loop, or find its code among those traced before if it still agrees.
+    """Code of a loop, traced anew unless the code of an earlier call still agrees with it.
 
     Args:
         loop: The closed loop.
-        names: Signals to give out.
+        names: Signals to record.
         varied: Parameters that are inputs of the code; all others are constants of it.
 
     Raises:
-        TracingError: If a law cannot be traced, it names the line and the reason; or if the code
-            gives other numbers than the loop itself.
-        ParameterError: If nothing computes with a varied parameter.
+        TracingError: If a law cannot be traced, with the line and the reason; or if the code gives
+            other numbers than the loop itself.
+        ParameterError: If the motion does not depend on a varied parameter.
     """
     key = (tuple(names), tuple(varied))
     with _lock:
@@ -91,7 +92,7 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
         except TracingError:
             raise
         except Exception as error:
-            raise _not_traceable(error) from error
+            raise _not_traceable(loop, error) from error
         _check_effect(loop, code)
         known[key] = code
         return code
@@ -118,11 +119,7 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
 
 
 def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
-    """Refuse a parameter that nothing computes with.
-
-    Raises:
-        ParameterError: If the motion does not depend on it.
-    """
+    """Raise ParameterError if the motion does not depend on a varied parameter."""
     used = np.zeros(code.init.nnz_in(code.init.n_in() - 1), dtype=bool)
     for function in (code.init, code.first):
         last = function.n_in() - 1
@@ -139,7 +136,7 @@ def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
 
 
 def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
-    """Whether code is still that of a loop, whose laws may have been given other gains."""
+    """Whether code that was traced before still agrees with a loop, whose laws may have changed."""
     try:
         _prove(loop, code)
     except Exception:  # other numbers, or states of another size
@@ -148,7 +145,7 @@ def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
 
 
 def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
-    """Compare code with the loop, its parameters a little changed.
+    """Compare code with the loop at slightly changed parameters.
 
     Raises:
         TracingError: If they differ.
@@ -207,7 +204,7 @@ def _trace(
     first = _function(
         "first",
         [_flat(leaves(state)), _flat(desired), *noise, parameters],
-        [_flat(leaves(after)), _flat(kept), _flat([signals["u"]]), _flat([alive(state)])],
+        [_flat(leaves(after)), _flat(kept), _flat([signals["u"]]), _flat([bounded(state)])],
     )
     further = None
     if loop.substeps > 1:
@@ -233,7 +230,7 @@ def _symbol_like(leaf: Array) -> Array:
 
 
 def _flat(arrays: Sequence[Array]) -> ca.SX:
-    """All entries of some arrays, row by row, as one column."""
+    """All entries of some arrays as one column, each array row by row."""
     columns = [ca.densify(column(a.reshape((size(a),)))) for a in map(_array, arrays)]
     return ca.vertcat(*columns) if columns else ca.SX(0, 1)
 
@@ -258,18 +255,22 @@ def _check_sizes(loop: ClosedLoop, before: LoopState, after: LoopState) -> None:
         )
 
 
-def _not_traceable(error: Exception) -> TracingError:
-    """The line at which tracing failed: the user's last one, else ours."""
+def _not_traceable(loop: ClosedLoop, error: Exception) -> TracingError:
+    """The error that names the line at which tracing failed: the user's last one, else ours."""
     frames = traceback.extract_tb(error.__traceback__)
     ours = [f for f in frames if not f.filename.startswith(_LIBRARIES)]
     users = [f for f in ours if not f.filename.startswith(_PACKAGE)]
     where = (users or ours or frames)[-1]
     reason = (str(error) or "no reason given").splitlines()[0]
+    remedy = "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math"
+    if not fields_of(loop.controller):
+        kind = type(loop.controller).__name__
+        remedy += f"; if {kind} holds an Arm, make it a frozen dataclass with the Arm in a field"
     return TracingError(
         f"{where.filename}, line {where.lineno}: {where.line}",
         f"cannot be traced ({type(error).__name__}: {reason})",
         "NumPy expressions without branches on values",
-        "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math",
+        remedy,
     )
 
 

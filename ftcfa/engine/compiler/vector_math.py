@@ -1,7 +1,7 @@
-"""Which vectors this machine computes with, and who computes sin, exp and pow on them.
+"""Vectors of this machine, and the libraries that compute sin, exp, pow and others on them.
 
-glibc's libmvec has the elementary functions for whole vectors (at most 4 ulp off); where it is
-missing, each lane calls libm.
+glibc's libmvec has the elementary functions for whole vectors, with errors of at most 4 ulp. Where
+it is missing, each lane calls libm.
 """
 
 import ctypes
@@ -20,12 +20,12 @@ _ISA = {8: "e", 4: "d", 2: "b"}  # libmvec's letter for vectors of so many doubl
 
 @dataclass(frozen=True)
 class Target:
-    """What the compiled engine generates code for.
+    """Vectors that the compiled engine generates code for.
 
     Attributes:
-        lanes: Paths that one vector holds.
-        widest: Doubles in the widest vector that the machine has instructions for.
-        libmvec: Whether to use libmvec where it has the function.
+        lanes: Number of paths in one vector.
+        widest: Number of doubles in the widest vector that the machine has instructions for.
+        libmvec: Whether to use libmvec for the functions that it has.
     """
 
     lanes: int
@@ -37,7 +37,7 @@ class Target:
             raise ParameterError("lanes", repr(self.lanes), f"one of {LANES}")
 
     def vector_function(self, name: str, arguments: int) -> tuple[str, int]:
-        """Symbol of an elementary function and how many doubles it takes at once (1: libm)."""
+        """Symbol of an elementary function, and the number of doubles that it takes (1: libm)."""
         width = min(self.lanes, self.widest)
         if self.libmvec and width in _ISA:
             symbol = f"_ZGV{_ISA[width]}N{width}{'v' * arguments}_{name}"
@@ -72,7 +72,7 @@ def _libm() -> ctypes.CDLL:
 
 
 def bind(symbol: str) -> None:
-    """Let compiled code find an elementary function by its symbol."""
+    """Give LLVM the address of an elementary function."""
     library = _libmvec() if symbol.startswith("_ZGV") else _libm()
     address = ctypes.cast(getattr(library, symbol), ctypes.c_void_p).value
     llvm.add_symbol(symbol, address)

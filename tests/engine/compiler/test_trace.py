@@ -108,6 +108,26 @@ def test_a_law_that_cannot_be_traced_runs_interpreted_and_is_told_where(law, rea
     np.testing.assert_array_equal(result.u, truth.u)
 
 
+class PlainLaw(Law):
+    """A law that is no dataclass, so that tracing does not find its Arm."""
+
+    def __init__(self, arm):
+        self.arm = arm
+
+    def torque(self, q, v):
+        return self.arm.potential_force(q) - v
+
+
+def test_a_law_that_hides_its_arm_runs_interpreted_and_is_told_what_to_do():
+    arm = load_arm("double_pendulum")
+    loop = shaken(arm, "xz", controller=PlainLaw(arm))
+    with pytest.warns(UserWarning, match="running interpreted") as caught:
+        assert simulate(loop, 0.01).attrs["engine"] == "interpreted"
+    text = str(caught[0].message)
+    assert "return self.arm.potential_force(q) - v: cannot be traced" in text
+    assert "if PlainLaw holds an Arm, make it a frozen dataclass with the Arm in a field" in text
+
+
 class HiddenDict(Law):
     """An integrator whose state nobody sees."""
 
