@@ -13,7 +13,7 @@ from ftcfa.arrays import Array, solve_spd
 from ftcfa.checks import known_name, vector
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.friction import damping_matrix
-from ftcfa.model.inertia import check_inertias, inertial_weights, perturbed_inertias
+from ftcfa.model.inertia import check_bodies, inertial_weights, perturbed_inertias
 from ftcfa.model.pinocchio_forces import TurningBase, base_coupling, torque_regressor
 from ftcfa.model.pinocchio_model import (
     body_inertias,
@@ -46,7 +46,7 @@ class Arm:
         joint_types: revolute, continuous or prismatic, for each coordinate.
         lower: Lower joint limits, shape (n,) [rad or m]; -inf where unlimited.
         upper: Upper joint limits, shape (n,) [rad or m]; inf where unlimited.
-        velocity_limit: Shape (n,) [rad/s or m/s]; inf where not given.
+        velocity_limit: Velocity limits, shape (n,) [rad/s or m/s]; inf where not given.
         effort_limit: The saturation u*, shape (n,) [N m or N].
         damping: Viscous friction of the model's joints, shape (N,) [N m s/rad or N s/m].
         friction: Coulomb friction of the model's joints, shape (N,) [N m or N].
@@ -104,7 +104,7 @@ class Arm:
 
     @property
     def inertial_weights(self) -> Array:
-        """Scale of the inertial parameters for an adaptive law, shape (10 N,)."""
+        """Scale of the inertial parameters, shape (10 N,); see `ftcfa.model.inertia`."""
         return inertial_weights(self.inertias)
 
     def with_inertias(self, inertias: Array) -> "Arm":
@@ -138,7 +138,7 @@ class Arm:
 
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
-        check_inertias(f"inertias of {self.name}", inertias, len(self.g0))
+        check_bodies(f"inertias of {self.name}", inertias, len(self.g0))
 
     def check_joint_friction(self, values: Array) -> None:
         """Raise ParameterError unless no coefficient of friction is negative."""
@@ -238,8 +238,8 @@ class Arm:
     def base_coupling(self, q: Array) -> Array:
         """M_qb(q), the joint-base block of the free-floating mass matrix, shape (n, 6).
 
-        An acceleration a of the base (linear, then angular, world axes, at the base origin) loads
-        the joints with -M_qb a. The linear part also gives gravity, h(q) = -M_qb[linear] g.
+        An acceleration a of the base at rest (linear, then angular, world axes, at the base
+        origin) loads the joints with -M_qb a; gravity g loads them with h = -M_qb[linear] g.
         """
         return self.G.T @ base_coupling(self.model, self._data, self._model_q(q))
 

@@ -129,12 +129,12 @@ def inertial_weights(parameters: Array) -> Array:
     return weights.ravel()
 
 
-def check_inertias(subject: str, parameters: Array, bodies: int) -> None:
+def check_bodies(subject: str, parameters: Array, bodies: int) -> None:
     """Raise unless inertial parameters, shape (..., bodies, 10), are those of possible bodies.
 
     Raises:
-        ShapeError: If they are not of that shape.
-        ParameterError: If no distribution of mass has them.
+        ShapeError: If the shape is wrong.
+        ParameterError: If no distribution of mass has these parameters.
     """
     rows = np.asarray(parameters, dtype=float)
     expected = (bodies, 10)

@@ -145,13 +145,13 @@ class Chain:
 
 
 Placement = tuple[int, Array, Array]
-"""Moving joint that a frame hangs from (-1: the base), and its rotation and origin there."""
+"""Moving joint that carries a frame (-1: the base), and the frame's rotation and origin there."""
 
 
 def _placements(
     tree: KinematicTree, moving: list[int], turns: list[Array], g0: Array
 ) -> list[Placement]:
-    """Placement of every joint's turned frame; joints that do not move stand at g0."""
+    """Placement of every joint's turned frame; a joint that does not move has the value g0."""
     placements: list[Placement] = []
     for i, p in enumerate(tree.parents):
         R, r = tree.rotations[i] @ turns[i], tree.translations[i]

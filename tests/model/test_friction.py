@@ -23,9 +23,9 @@ def friction_of_file(arm: Arm) -> tuple[Array, Array]:
     """Damping and friction as they stand in the URDF's text, shape (n,) each."""
     root = ElementTree.parse(catalogue()[arm.name].path()).getroot()
     tags = {joint.get("name"): joint.find("dynamics") for joint in root.findall("joint")}
-    found = [tags[name] for name in arm.joint_names]
+    dynamics = [tags[name] for name in arm.joint_names]
     damping, friction = (
-        np.array([float(tag.get(key, 0)) for tag in found if tag is not None])
+        np.array([float(tag.get(key, 0)) for tag in dynamics if tag is not None])
         for key in ("damping", "friction")
     )
     return damping, friction

@@ -26,7 +26,7 @@ MAX_LINKS = 1000
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
-    """A URDF that has been read and whose tree is sound.
+    """A URDF whose tree has been checked.
 
     Attributes:
         file: Path of the file, or its name in messages.

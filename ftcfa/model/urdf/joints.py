@@ -1,7 +1,7 @@
 """Locked and mimic joints of a URDF as one linear map of the arm's coordinates.
 
 Every moving joint j of the file follows q_j = a_j q_i + b_j for one coordinate i of the arm, or
-stands still at b_j (a locked joint, or one that mimics a locked or fixed joint).
+does not move and has the value b_j (a locked joint, or one that mimics a locked or fixed joint).
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,7 +25,7 @@ class JointRule:
 
     Attributes:
         leader: Name of the joint whose coordinate it follows (its own name if it is independent),
-            or None if it stands still.
+            or None if it does not move.
         multiplier: a_j.
         offset: b_j [rad or m].
     """

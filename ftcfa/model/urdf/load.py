@@ -1,4 +1,4 @@
-"""`load_arm`: from a name or a URDF file to an Arm, or to one sentence that says what is wrong."""
+"""`load_arm` makes an Arm of a name or a URDF file, or says in one sentence what is wrong."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -29,8 +29,9 @@ from ftcfa.model.urdf.locate import locate
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
 SINGULARITY_SAMPLES = 64
+"""Number of random postures at which M is checked."""
 ORTHOGONAL = 1e-9
-"""Largest entry of R^T R - 1 of a rotation."""
+"""Largest entry of R^T R - 1 for which R counts as a rotation."""
 MOUNTINGS: Mapping[str, Array] = {
     "floor": np.eye(3),
     "wall": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
@@ -53,16 +54,16 @@ def load_arm(
 
     Args:
         robot: An arm of the catalogue (``"panda"``), a path to a URDF, or a ``package://`` path.
-        lock: Joints that do not move: names with values [rad or m], or names alone (held at
-            their home posture, zero by default).
+        lock: Joints that do not move: names with values [rad or m], or names alone, which are
+            held at their home position.
         package_dirs: Folders that are searched for ``package://NAME/...``, before those of the
             environment variable ROS_PACKAGE_PATH.
         gravity: Downward acceleration, or the gravity field in world axes, shape (3,) [m/s^2].
-        effort_limit: Torque limits u* that replace the URDF's: one number, n numbers, or some by
-            joint name [N m or N].
+        effort_limit: Torque limits u* that override those of the URDF: one number, n numbers, or
+            some by joint name [N m or N].
         mounting: Orientation of the base in the world: ``"floor"``, ``"wall"``, ``"ceiling"`` or a
-            rotation matrix whose columns are the axes of the base. Gravity and
-            the vibration stay in world axes, z upwards.
+            rotation matrix whose columns are the axes of the base. Gravity and the vibration
+            stay in world axes, z upwards.
 
     Raises:
         UrdfError: If the URDF is unusable; the message names file, element and remedy.
@@ -85,7 +86,7 @@ def arm_from_text(
     effort_limit: EffortLimit | None = None,
     mounting: str | npt.ArrayLike = "floor",
 ) -> Arm:
-    """Load an arm from the text of a URDF, as it stands in the description of a loop.
+    """Load an arm from the text of a URDF, such as the description of a loop contains.
 
     Args:
         urdf: The text.
@@ -112,7 +113,7 @@ def _arm(
     effort_limit: EffortLimit | None,
     mounting: str | npt.ArrayLike,
 ) -> Arm:
-    """The arm of a URDF that was read; ``source`` says where it came from."""
+    """The arm of a URDF; ``source`` holds the arguments that find the URDF again."""
     locks = locked_joints(description, entry, lock)
     rules = joint_rules(description, locks)
     moving = {name for name, rule in rules.items() if rule.leader is not None}
@@ -161,7 +162,7 @@ def _gravity_field(gravity: float | Sequence[float]) -> Array:
 
 
 def _mounting(mounting: str | npt.ArrayLike) -> Array:
-    """Orientation of the base in the world, shape (3, 3)."""
+    """Rotation matrix of the base in the world, shape (3, 3), of a name or a matrix."""
     if isinstance(mounting, str):
         known_name("mounting", mounting, MOUNTINGS, field="mounting")
         return MOUNTINGS[mounting]
@@ -180,7 +181,7 @@ def _mounting(mounting: str | npt.ArrayLike) -> Array:
 
 
 def _refuse_singular(file: Path, arm: Arm) -> None:
-    """M must be positive definite at the home posture and at random ones in the joint range."""
+    """Raise UrdfError unless M is positive definite at home and at random postures."""
     rng = np.random.default_rng(0)
     postures = [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]
     for q in postures:

@@ -49,7 +49,7 @@ def test_package_paths_are_found_in_package_dirs(package: Path) -> None:
         arm = load_arm(uri, package_dirs=package_dirs)
         assert arm.n == 2
         assert arm.source is not None
-        assert load_arm(**arm.source).n == 2  # where it was found is remembered
+        assert load_arm(**arm.source).n == 2  # the source names the file itself
 
 
 def test_package_paths_are_found_in_ros_package_path(

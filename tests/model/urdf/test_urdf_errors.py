@@ -246,9 +246,9 @@ def test_a_bad_urdf_is_refused_in_one_sentence(
 def test_two_joints_that_turn_the_same_body_alike(urdf: Callable[..., Path]) -> None:
     elbow = ELBOW.replace("0 0 0.5", "0 0 0")
     file = urdf(robot(BASE, '<link name="upper"/>', link("lower"), SHOULDER, elbow))
-    found = "the mass matrix is singular at q = [0.0, 0.0]"
+    got = "the mass matrix is singular at q = [0.0, 0.0]"
     assert re.fullmatch(
-        rf"{re.escape(str(file))}: joint '(shoulder|elbow)': {re.escape(f'{found}, {SINGULAR}')}",
+        rf"{re.escape(str(file))}: joint '(shoulder|elbow)': {re.escape(f'{got}, {SINGULAR}')}",
         sentence_of(file),
     )
 
