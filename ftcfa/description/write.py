@@ -3,10 +3,10 @@
 import dataclasses
 import hashlib
 from collections.abc import Iterator, Mapping
-from functools import lru_cache
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -174,8 +174,9 @@ def _check_arm(arm: Arm, subject: str) -> None:
     if arm.source is None:
         got = f"{arm!r}, made by hand"
         raise ParameterError(subject, got, "an Arm that load_arm gave")
-    same = _is_as_loaded.__wrapped__ if has_path(arm.source) else _is_as_loaded  # files may change
-    if not same(arm):
+    if has_path(arm.source) or arm not in _as_loaded:  # a file may change
+        _as_loaded[arm] = _is_as_loaded(arm)
+    if not _as_loaded[arm]:
         raise ParameterError(
             subject,
             f"{arm!r}, which is no longer what {arm.source['robot']} gives",
@@ -184,7 +185,9 @@ def _check_arm(arm: Arm, subject: str) -> None:
         )
 
 
-@lru_cache(maxsize=64)
+_as_loaded: WeakKeyDictionary[Arm, bool] = WeakKeyDictionary()
+
+
 def _is_as_loaded(arm: Arm) -> bool:
     assert arm.source is not None
     again = make(Arm, arm.source)
