@@ -1,4 +1,4 @@
-"""The paper's split of the inertia, M = Mbar + dM: Lemma 5, and Assumption 3 in numbers."""
+"""Split of the inertia, M = Mbar + dM: Lemma 5, and the bounds of Assumption 3 in numbers."""
 
 from dataclasses import dataclass
 
@@ -13,16 +13,16 @@ from ftcfa.model.uncertainty import Uncertainty
 POSTURES = 64
 """Postures at which every drawn robot is compared with the nominal one."""
 IMPROVED = 8
-"""Drawn robots, the worst ones, whose posture is then optimised."""
+"""Number of drawn robots, the worst ones, whose posture is then optimised."""
 
 
 @dataclass(frozen=True, eq=False)
 class InertiaSplit:
-    """M = Mbar + dM at a posture, as the paper has it from Assumption 2 on.
+    """Inertia of an arm at a posture, M = Mbar + dM (Assumption 2).
 
     Attributes:
-        nominal: Mbar, shape (n, n) [kg m^2 or kg]: the inertia that the controller knows.
-        change: dM = M - Mbar, shape (n, n).
+        nominal: Mbar, the inertia that the controller knows, shape (n, n) [kg m^2 or kg].
+        change: dM = M - Mbar, shape (n, n) [kg m^2 or kg].
     """
 
     nominal: Array
@@ -30,9 +30,9 @@ class InertiaSplit:
 
     @property
     def inverse_change(self) -> Array:
-        """M^-1 - Mbar^-1, shape (n, n), by Lemma 5 (repaired: the paper prints I + Mbar dM).
+        """Lemma 5: M^-1 - Mbar^-1, shape (n, n); the paper prints I + Mbar dM in it.
 
-        -Mbar^-1 dM (I + Mbar^-1 dM)^-1 Mbar^-1                                            (2)
+        -Mbar^-1 dM (I + Mbar^-1 dM)^-1 Mbar^-1                                        (2)
         """
         identity = np.eye(len(self.nominal))
         inverse = np.linalg.solve(self.nominal, identity)
@@ -41,7 +41,7 @@ class InertiaSplit:
 
 
 def inertia_split(nominal: Arm, arm: Arm, q: Array) -> InertiaSplit:
-    """The inertia of an arm, split into that of its nominal model and the rest.
+    """Inertia of an arm at a posture, split into the nominal inertia and the rest.
 
     Args:
         nominal: The robot that the controller knows.
@@ -59,15 +59,16 @@ def inertia_split(nominal: Arm, arm: Arm, q: Array) -> InertiaSplit:
 class InertiaBounds:
     """Assumption 3 in numbers: Mmin |x|^2 <= x^T Mbar x <= Mmax |x|^2 and |dM| <= dM*.
 
-    In kg m^2 for revolute joints, kg for prismatic ones.
+    All are in kg m^2 for revolute joints and in kg for prismatic ones.
 
     Attributes:
-        smallest: Mmin, of the nominal arm over its joint range.
-        largest: Mmax, likewise.
+        smallest: Mmin of the nominal arm over its joint range.
+        largest: Mmax of the nominal arm over its joint range.
         change: dM*, the largest spectral norm of dM over the joint range and the robots drawn.
-        draws: How many robots were drawn; 0 without uncertainty.
-        path: Number of the worst one, for `Uncertainty.robot`; None without uncertainty.
-        posture: Where it is worst, shape (n,) [rad or m]; None without uncertainty.
+        draws: Number of robots drawn; 0 without uncertainty.
+        path: Path number of the robot with the largest dM, for `Uncertainty.robot`; None without
+            uncertainty.
+        posture: Posture of the largest dM, shape (n,) [rad or m]; None without uncertainty.
     """
 
     smallest: float
@@ -83,19 +84,20 @@ def inertia_bounds(
 ) -> InertiaBounds:
     """Mmin, Mmax and dM* of Assumption 3, by search over postures and robots.
 
-    All three are the extremes that were found, not proven bounds. dM* is that of the robots drawn,
-    each compared with the nominal one at POSTURES postures, the worst ones over the joint range:
-    more draws can only raise it. A log-normal distribution has no largest dM; what is given then
-    is an extreme of so many draws.
+    All three are extremes that the search found, not proven bounds. dM* is the largest norm among
+    the robots drawn: each is compared with the nominal arm at POSTURES postures, and for the
+    IMPROVED worst ones the posture is optimised over the joint range. More draws can only raise
+    it. A log-normal distribution has no largest dM; the result is then the largest of the draws.
 
     Args:
         arm: The nominal arm.
-        uncertainty: The robots around it; without, dM* is zero.
-        draws: How many robots: those of the paths 0, 1, ...
+        uncertainty: Distribution of the robots around it; if None, dM* is zero.
+        draws: Number of robots, those of the paths 0, 1, ...
         seed: Seed of the draws, 0 <= seed < 2^64.
 
     Raises:
-        ParameterError, UnknownNameError: As of `Uncertainty.draw`, or if ``draws`` is no count.
+        ParameterError, UnknownNameError: If `Uncertainty.draw` refuses the arm, or ``draws`` is not
+            an integer >= 1.
     """
     smallest, largest = mass_matrix_bounds(arm)
     if uncertainty is None:
@@ -105,11 +107,11 @@ def inertia_bounds(
     postures = np.random.default_rng(0).uniform(*joint_box(arm), (POSTURES, arm.n))
     norms = np.array([_norms(arm, arm.with_inertias(rows), postures) for rows in inertias])
     worst = np.argsort(norms.max(axis=1))[::-1][:IMPROVED]
-    found = [
+    changes = [
         (*_largest_change(arm, inertias[path], postures[norms[path].argmax()]), int(path))
         for path in worst
     ]
-    change, posture, path = max(found, key=lambda each: each[0])
+    change, posture, path = max(changes, key=lambda each: each[0])
     return InertiaBounds(smallest, largest, change, draws, path, posture)
 
 
@@ -120,7 +122,7 @@ def _norms(nominal: Arm, robot: Arm, postures: Array) -> Array:
 
 
 def _largest_change(nominal: Arm, inertias: Array, start: Array) -> tuple[float, Array]:
-    """A local maximum of the norm of dM over postures, and its posture."""
+    """Local maximum over postures of the norm of dM, and its posture."""
     robot = nominal.with_inertias(inertias)
 
     def objective(q: Array) -> tuple[float, Array]:

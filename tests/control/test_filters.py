@@ -19,7 +19,7 @@ from ftcfa.control.filters import FILTERS, FilterState, ProperState, command_fil
 from ftcfa.engine.compiler.flatten import flat
 
 BRENT = 1e-14
-"""Absolute and relative accuracy asked of the root finder."""
+"""Absolute and relative accuracy of the root finder."""
 AGREEMENT = 1e-10
 """Closed form and root finder, relative to the numbers that enter: cancellation costs digits."""
 PERIOD = 1e-3
@@ -142,8 +142,8 @@ def test_implicit_filter_gives_a_sine_and_its_derivative(r1_r2):
         abar[k], psi2[k], zeta[k] = out[0], state.psi2[0], rate[0]
     late = t > 5.0
     np.testing.assert_allclose(abar[late], alpha[late], rtol=0, atol=AGREEMENT)
-    for found in (psi2, zeta):
-        np.testing.assert_allclose(found[late], derivative[late], rtol=0, atol=0.51 * PERIOD * L)
+    for estimate in (psi2, zeta):
+        np.testing.assert_allclose(estimate[late], derivative[late], rtol=0, atol=0.51 * PERIOD * L)
 
 
 def cubic_error(b, L, h):
@@ -195,15 +195,15 @@ def test_proper_filter_solves_its_implicit_equations(psi1, psi2, psi3, alpha, L,
 def test_only_the_proper_derivative_of_a_parabola_is_exact(period):
     """alpha = t + 5 t^2: a backward difference is late by half a period, 5 h."""
     t = np.arange(0.0, 2.0, period)
-    found = {}
+    errors = {}
     for chosen in (ImplicitFilter(10.0, 60.0), ProperFilter(1e4)):
         state = chosen.init(np.zeros(1))
         for x in t:
             abar, rate, state = chosen.step(state, np.array([x + 5.0 * x**2]), period)
         np.testing.assert_allclose(abar, x + 5.0 * x**2, rtol=AGREEMENT)
-        found[type(chosen)] = 1.0 + 10.0 * t[-1] - rate[0]
-    assert found[ImplicitFilter] == pytest.approx(5.0 * period, rel=1e-6)
-    assert found[ProperFilter] == pytest.approx(0.0, abs=1e-8)
+        errors[type(chosen)] = 1.0 + 10.0 * t[-1] - rate[0]
+    assert errors[ImplicitFilter] == pytest.approx(5.0 * period, rel=1e-6)
+    assert errors[ProperFilter] == pytest.approx(0.0, abs=1e-8)
 
 
 def test_the_error_of_the_proper_derivative_falls_with_the_square_of_the_period():

@@ -31,7 +31,7 @@ from ftcfa.control.protocol import Desired
 ROUNDING = 1e-9
 """Relative: two solves with an inertia matrix of condition 1e3 or so."""
 DIFFERENCE = 1e-6
-"""Of a central difference with a step of 1e-6: relative error of the derivative."""
+"""Relative error of a central difference with a step of 1e-6."""
 PERIOD = 1e-3
 A1, A2 = 9.75, 26.5
 """c1 + 3/4 (1 + k1) and c2 + 3/4 k2 + 5/4 at the gains of Section V [1/s]."""
@@ -48,7 +48,7 @@ def sample(n, seed=0, scale=0.3):
 
 
 def acceleration(law, arm, q, v, desired):
-    """Of the arm under the torque of a law's first sample."""
+    """Acceleration of the arm under the torque of a law's first sample."""
     signals, _ = law.step(law.init(q, v, desired), q, v, desired, PERIOD)
     return arm.forward_dynamics(q, v, signals["u"])
 
@@ -78,8 +78,8 @@ def test_with_a_fast_filter_and_no_network_the_filtered_law_has_them_too(arm):
     signals, _ = law.step(state, q, v, desired, PERIOD)
     e, de = q - desired.q, v - desired.v
     expected = -A1 * de - A2 * (de + A1 * e)  # q_d' was the same before: q_d'' plays no part
-    found = arm.forward_dynamics(q, v, signals["u"])
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5 * np.max(np.abs(expected)))
+    rate = arm.forward_dynamics(q, v, signals["u"])
+    np.testing.assert_allclose(rate, expected, rtol=0, atol=1e-5 * np.max(np.abs(expected)))
 
 
 def test_command_filtered_signals_obey_their_equations():
@@ -241,12 +241,12 @@ def test_super_twisting_rejects_a_ramp_of_disturbance():
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
-def test_every_law_refuses_what_is_no_arm(name):
+def test_every_law_refuses_a_nominal_arm_that_is_none(name):
     with pytest.raises(ParameterError, match=r"nominal: a str, expected an Arm"):
         CONTROLLERS[name]("panda")
 
 
-def test_slotine_li_wants_an_arm_with_a_regressor():
+def test_slotine_li_needs_an_arm_with_a_regressor():
     with pytest.raises(
         ParameterError, match=r"SlotineLi nominal: a PaperPendulum, expected an Arm"
     ):

@@ -10,7 +10,7 @@ from ftcfa.model.traced import traced
 from ftcfa.model.urdf.catalogue import catalogue
 
 ROUNDING = 1e-11
-"""Of sums of some hundred products, relative to the largest."""
+"""Rounding of sums of some hundred products, relative to the largest."""
 DIFFERENCE = 1e-6
 """Relative error of a central difference."""
 GANTRY = """<robot name="gantry"><link name="rail"/>
@@ -49,24 +49,24 @@ def arm(request, tmp_path_factory):
 def test_the_regressor_gives_the_torque_of_any_inertial_parameters(arm):
     rng = np.random.default_rng(1)
     for _ in range(3):
-        q, v, wanted, acceleration = rng.normal(size=(4, arm.n))
+        q, v, v_r, a_r = rng.normal(size=(4, arm.n))
         other = arm.perturbed(rng, mass=0.3)
         torque = (
-            other.mass_matrix(q) @ acceleration
-            + other.coriolis_matrix(q, v) @ wanted
+            other.mass_matrix(q) @ a_r
+            + other.coriolis_matrix(q, v) @ v_r
             + other.potential_force(q)
         )
-        Y = arm.regressor(q, v, wanted, acceleration)
+        Y = arm.regressor(q, v, v_r, a_r)
         assert Y.shape == (arm.n, 10 * len(arm.g0))
-        found = Y @ other.inertias.ravel()
-        np.testing.assert_allclose(found, torque, rtol=0, atol=ROUNDING * np.max(np.abs(torque)))
+        product = Y @ other.inertias.ravel()
+        np.testing.assert_allclose(product, torque, rtol=0, atol=ROUNDING * np.max(np.abs(torque)))
 
 
 def test_the_traced_regressor_is_the_same(arm):
     state = np.random.default_rng(2).normal(size=(4, arm.n))
     Y = arm.regressor(*state)
-    found = np.asarray(ca.DM(traced(arm).regressor(*state).to_casadi()))
-    np.testing.assert_allclose(found, Y, rtol=0, atol=ROUNDING * np.max(np.abs(Y)))
+    traced_Y = np.asarray(ca.DM(traced(arm).regressor(*state).to_casadi()))
+    np.testing.assert_allclose(traced_Y, Y, rtol=0, atol=ROUNDING * np.max(np.abs(Y)))
 
 
 def test_a_body_weighs_by_its_mass_and_radius_of_gyration(tmp_path):
@@ -105,7 +105,7 @@ def test_the_lyapunov_function_falls_as_slotine_and_li_say():
 
 
 def test_a_wrong_weight_is_learnt():
-    """Held still with 20 % more mass than believed, the arm rises back to its posture."""
+    """Held still with 20 % more mass than in the nominal arm, the arm rises back to its posture."""
     nominal = load_arm("ur5")
     rows = nominal.inertias.copy()
     rows[1:4] *= 1.2

@@ -92,11 +92,11 @@ def states(n, scale, rng, count=STATES):
 def test_generator_is_that_of_the_papers_formulas():
     """So the drift, which is the limit of the sampled law's step, is the continuous law."""
     x, desired = states(2, 1.0, np.random.default_rng(0))
-    found = generator(pendulum(0.3)).at(x, desired, theta=2.0, weight=1.7)
+    values = generator(pendulum(0.3)).at(x, desired, theta=2.0, weight=1.7)
     for k in range(STATES):
         LV, scale, phihat = by_hand(x[k], desired[k], 2.0, 1.7, 0.3)
-        assert abs(found.LV[k] - LV) < ROUNDING * scale
-        assert abs(found.demand[k] - phihat) < ROUNDING * max(scale, abs(phihat), 1.0)
+        assert abs(values.LV[k] - LV) < ROUNDING * scale
+        assert abs(values.demand[k] - phihat) < ROUNDING * max(scale, abs(phihat), 1.0)
 
 
 def test_filter_on_its_input_has_the_integral_part_as_rate():
@@ -129,7 +129,7 @@ def test_itos_formula():
 @pytest.mark.parametrize(("robot", "scale"), [("double_pendulum", 1.0), ("ur5", 0.5)])
 @pytest.mark.parametrize("kappa", [0.3, 0.6, 0.9, 1.0])
 def test_theorem_1_at_any_state(robot, scale, kappa):
-    """LV <= -Delta V^p + Gamma, the premises being what the state asks for.
+    """LV <= -Delta V^p + Gamma, with the premises that the state needs.
 
     All repaired steps of the proof at once, at random states and gains. Weak motors, so that the
     saturation term does not hide the others.
@@ -144,8 +144,8 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
         arm, FTCF(arm, gains), Sinusoid(np.zeros(arm.n)),
         Vibration(BaseAcceleration("xyz"), WhiteNoise(0.1)),
     )  # fmt: skip
-    promised, made, n = bounds(loop), generator(loop), arm.n
-    assert promised.applies
+    bound, made, n = bounds(loop), generator(loop), arm.n
+    assert bound.applies
     x, desired = states(n, scale, rng)
     for k in range(STATES):
         q, s1, rho = x[k, :n], x[k, 4 * n : 5 * n], x[k, 6 * n : 7 * n]
@@ -158,7 +158,7 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
         x[k, 3 * n : 4 * n] = -rng.uniform(0, 300) * v2 / np.linalg.norm(v2)  # abar runs away
         demand = max(0.0, float(made.at(x[k], desired[k]).demand))
         for eps, holds in ((demand, True), (0.0, False)):
-            supplied = replace(promised, eps=eps, pi1=pi1)
+            supplied = replace(bound, eps=eps, pi1=pi1)
             values = made.at(x[k], desired[k], 0.0, supplied.weight)
             excess = values.LV + supplied.Delta * values.V**supplied.p - supplied.Gamma
             if holds:
@@ -170,9 +170,9 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
 def test_theta_covers_what_eps_does():
     """phihat <= sqrt(theta B^T B) is enough: (25) at the states of a path."""
     loop = closed_loop(FINITE_TIME)
-    followed = theorem_paths(loop, bounds(loop), 4, 0.3)
-    theta = float(np.max(followed.values.needed_theta))
-    enough = bounds(loop, theta=theta, pi1=float(followed.filter_error.max()))
+    paths = theorem_paths(loop, bounds(loop), 4, 0.3)
+    theta = float(np.max(paths.values.needed_theta))
+    enough = bounds(loop, theta=theta, pi1=float(paths.filter_error.max()))
     again = theorem_paths(loop, enough, 4, 0.3)
     assert theta > 0
     assert np.max(again.missing_eps) < ROUNDING * np.max(again.values.demand)
@@ -183,9 +183,9 @@ def test_theta_covers_what_eps_does():
 def test_inequality_along_the_papers_study():
     """E[LV] <= -Delta E[V^p] + Gamma at every sample, at the upper end of its interval."""
     loop = closed_loop(FINITE_TIME)
-    followed = theorem_paths(loop, bounds(loop), 32, 2.0)
-    needed = followed.needed_Gamma
-    high = needed.student(1 - 1e-6 / len(followed.time)).high
+    paths = theorem_paths(loop, bounds(loop), 32, 2.0)
+    needed = paths.needed_Gamma
+    high = needed.student(1 - 1e-6 / len(paths.time)).high
     assert np.max(high) < bounds(loop).Gamma
     assert np.max(needed.mean) > 1e3  # the beginning; theta = 0 is far from true there
     assert np.max(np.abs(needed.mean[-500:])) < 1.0
@@ -193,9 +193,9 @@ def test_inequality_along_the_papers_study():
 
 def test_a_diverged_path_is_not_averaged_away():
     loop = pendulum(1e10)
-    followed = theorem_paths(loop, bounds(loop), 4, 0.5)
-    assert np.isnan(followed.values.V[:, -1]).any()
-    assert np.isnan(followed.needed_Gamma.mean[-1])
+    paths = theorem_paths(loop, bounds(loop), 4, 0.5)
+    assert np.isnan(paths.values.V[:, -1]).any()
+    assert np.isnan(paths.needed_Gamma.mean[-1])
 
 
 def test_only_white_noise_has_a_generator():

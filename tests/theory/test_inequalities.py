@@ -226,7 +226,7 @@ def test_26_as_printed_fails():
     assert left > 60 * right
 
 
-# (27), (28): the compensation, with the weight that (17) asks for
+# (27), (28): the compensation, with the weight that (17) needs
 
 
 @given(v=vectors(3), c1=gains, c2=gains, k1=gains, k2=gains, kappa=kappas)

@@ -138,28 +138,28 @@ def test_weight(n, weight):
 
 
 def test_weight_makes_way_for_a_small_k1():
-    found = bounds(still(Gains(k1=1.8)))
-    assert found.weight == pytest.approx(1.5)
-    assert found.applies
+    result = bounds(still(Gains(k1=1.8)))
+    assert result.weight == pytest.approx(1.5)
+    assert result.applies
     assert not bounds(still(Gains(k1=1.8)), weight=1.0).applies
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0, 2.56, 40.0])
 def test_tracking_error_is_the_largest_within_the_level(study, weight):
     """|v1| + |s1| over |v1|^4 + w_s |s1|^4 = 4 Vinf, by brute force."""
-    found = replace(study, weight=weight, law=FTCF(study.law.nominal, Gains(k1=9.0, k2=9.0)))
-    v1 = np.linspace(0, (4 * found.Vinf) ** 0.25, 100_001)
-    s1 = ((4 * found.Vinf - v1**4) / weight) ** 0.25
-    assert found.ultimate_error == pytest.approx(np.max(v1 + s1), rel=1e-6)
+    result = replace(study, weight=weight, law=FTCF(study.law.nominal, Gains(k1=9.0, k2=9.0)))
+    v1 = np.linspace(0, (4 * result.Vinf) ** 0.25, 100_001)
+    s1 = ((4 * result.Vinf - v1**4) / weight) ** 0.25
+    assert result.ultimate_error == pytest.approx(np.max(v1 + s1), rel=1e-6)
 
 
 @given(weight=st.floats(0.7, 50.0), s1=positive)
 def test_terms_of_Delta_are_those_of_the_weight(study, weight, s1):
     """c_i s |s_i|^(3+kappa) of (28) as a multiple of (w_s |s_i|^4/4)^p."""
-    found = replace(study, weight=weight)
+    result = replace(study, weight=weight)
     for name, c in (("(4/w_s)^p c1 s", 7.5), ("(4/w_s)^p c2 s", 25.0)):
-        part = found.Delta_terms[name] * (weight * s1**4 / 4) ** 0.9
-        assert part == pytest.approx(c * found.s * s1**3.6)
+        part = result.Delta_terms[name] * (weight * s1**4 / 4) ** 0.9
+        assert part == pytest.approx(c * result.s * s1**3.6)
 
 
 @given(weight=st.floats(0.3, 50.0))
@@ -185,18 +185,18 @@ def test_panda():
 
 @pytest.mark.parametrize("weak", [{"k1": 1.4}, {"k2": 0.2}])
 def test_gains_that_no_weight_helps(weak):
-    found = bounds(still(Gains(**weak)))
+    result = bounds(still(Gains(**weak)))
     (name,) = weak
-    assert not found.applies
-    assert [each.name for each in found.conditions if not each.holds] == [name]
-    assert f"{name} = {weak[name]:g} is not >= " in found.verdict
+    assert not result.applies
+    assert [each.name for each in result.conditions if not each.holds] == [name]
+    assert f"{name} = {weak[name]:g} is not >= " in result.verdict
 
 
 def test_conditions_say_what_they_replace(study):
-    told = {each.name: each.replaces for each in study.conditions}
-    assert list(told) == ["k1", "k2", "s", "r1"]
-    assert "(28)" in told["k1"]
-    assert "(17) lacks the factor" in told["s"]
+    replaced = {each.name: each.replaces for each in study.conditions}
+    assert list(replaced) == ["k1", "k2", "s", "r1"]
+    assert "(28)" in replaced["k1"]
+    assert "(17) lacks the factor" in replaced["s"]
 
 
 def test_filter_gains():
@@ -226,9 +226,9 @@ def hanging(kappa):
 @settings(max_examples=30)
 @given(pi1=st.floats(0, 5), weight=st.floats(1.0, 1e3))
 def test_no_weight_is_better_than_the_best(study, pi1, weight):
-    found = replace(study, pi1=pi1)
-    _, error = found.best_weight()
-    assert error <= replace(found, weight=weight).ultimate_error * 1.01  # a grid
+    result = replace(study, pi1=pi1)
+    _, error = result.best_weight()
+    assert error <= replace(result, weight=weight).ultimate_error * 1.01  # a grid
 
 
 def test_best_weight_is_finite_where_the_filter_errs(study):
@@ -237,12 +237,12 @@ def test_best_weight_is_finite_where_the_filter_errs(study):
     assert 1.0 < without_saturation.best_weight()[0] < 100.0
 
 
-@given(actual=positive, believed=positive)
-def test_saturation_gap_is_the_largest(actual, believed):
-    a, b = np.array([actual]), np.array([believed])
+@given(actual=positive, nominal=positive)
+def test_saturation_gap_is_the_largest(actual, nominal):
+    a, b = np.array([actual]), np.array([nominal])
     (gap,) = saturation_gap(a, b)
-    u = np.concatenate([np.linspace(0, 5 * max(actual, believed), 5001), [actual, 1e6]])
-    largest = np.max(np.abs(np.clip(u, -actual, actual) - believed * np.tanh(u / believed)))
+    u = np.concatenate([np.linspace(0, 5 * max(actual, nominal), 5001), [actual, 1e6]])
+    largest = np.max(np.abs(np.clip(u, -actual, actual) - nominal * np.tanh(u / nominal)))
     assert gap == pytest.approx(largest, rel=1e-9)
 
 
@@ -253,16 +253,16 @@ def test_saturation_gap_is_the_largest(actual, believed):
 @given(sigma=st.floats(0.05, 0.95), far=st.floats(1.01, 1e4), kappa=st.floats(0.1, 1.0))
 def test_first_entry_of_the_fastest_fall_allowed(sigma, far, kappa):
     """V' = -Delta V^p + Gamma enters at the integral of dV/(Delta V^p - Gamma), by quadrature."""
-    found = replace(bounds(hanging(kappa), eps=LINK_EPS), sigma=sigma)
-    found = replace(found, V0=far * found.Vinf)
+    result = replace(bounds(hanging(kappa), eps=LINK_EPS), sigma=sigma)
+    result = replace(result, V0=far * result.Vinf)
     exact, _ = quad(
-        lambda x: np.exp(x) / (found.Delta * np.exp(x) ** found.p - found.Gamma),
-        np.log(found.Vinf),
-        np.log(found.V0),
+        lambda x: np.exp(x) / (result.Delta * np.exp(x) ** result.p - result.Gamma),
+        np.log(result.Vinf),
+        np.log(result.V0),
     )
-    assert exact <= found.first_entry * (1 + 1e-9)
+    assert exact <= result.first_entry * (1 + 1e-9)
     # with Gamma = sigma Delta V^p left over at Vinf, no more than 1/sigma too long
-    assert found.first_entry * sigma <= exact * (1 + 1e-9)
+    assert result.first_entry * sigma <= exact * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(
@@ -270,44 +270,44 @@ def test_first_entry_of_the_fastest_fall_allowed(sigma, far, kappa):
     [(hanging_link(), LINK_EPS, 20.0), (hanging_pendulum(), 0.0, 100.0)],
     ids=["link", "pendulum"],
 )
-def test_first_entry_where_the_bound_is_not_vacuous(loop, eps, times):
+def test_first_entry_where_the_bound_says_something(loop, eps, times):
     """V0 > Vinf, all premises hold until the first entry, and E[first entry] is within the bound.
 
     How far within is the finding: the bound is 42 times too long for the link, 166 times for the
     pendulum.
     """
-    found = bounds(loop, eps=eps, pi1=1e-3)
-    assert found.applies
-    assert found.informative
-    ratio = found.V0 / found.Vinf
+    result = bounds(loop, eps=eps, pi1=1e-3)
+    assert result.applies
+    assert result.informative
+    ratio = result.V0 / result.Vinf
     assert ratio > 1.2
-    assert "V first falls to Vinf within" in found.verdict
-    followed = theorem_paths(loop, found, 256, 0.25)
-    assert np.all(followed.premises_hold)
-    entry = followed.entry
+    assert "V first falls to Vinf within" in result.verdict
+    paths = theorem_paths(loop, result, 256, 0.25)
+    assert np.all(paths.premises_hold)
+    entry = paths.entry
     assert np.all(entry > 0)
     estimate = Moments.of(entry).skewness_corrected(CONFIDENCE)
-    assert estimate.high < found.first_entry / times
+    assert estimate.high < result.first_entry / times
 
 
 def test_premises_that_are_too_small_do_not_hold(study):
     link = theorem_paths(hanging_link(), bounds(hanging_link(), eps=LINK_EPS), 16, 0.2)
     assert not np.any(link.premises_hold)  # pi1 = 0
-    promised = replace(study, etabar=np.zeros(2), eps=1.0, pi1=1.0)
-    pendulum = theorem_paths(closed_loop(FINITE_TIME), promised, 2, 0.1)
+    supplied = replace(study, etabar=np.zeros(2), eps=1.0, pi1=1.0)
+    pendulum = theorem_paths(closed_loop(FINITE_TIME), supplied, 2, 0.1)
     assert np.all(pendulum.filter_error < 1.0)
     assert not np.any(pendulum.premises_hold)  # eps = 1
 
 
 def test_time_average(study):
     """E V^p over time, by the paths, against Gamma/Delta + V0/(Delta t)."""
-    followed = theorem_paths(closed_loop(FINITE_TIME), study, 8, 1.0)
-    measured = np.mean(followed.values.V**study.p)
+    paths = theorem_paths(closed_loop(FINITE_TIME), study, 8, 1.0)
+    measured = np.mean(paths.values.V**study.p)
     assert measured < study.time_average(1.0)
     assert study.time_average(1.0) == pytest.approx((study.Gamma + study.V0) / study.Delta)
 
 
-# What is refused
+# Refused arguments
 
 
 @pytest.mark.parametrize(
@@ -383,9 +383,9 @@ def test_command_reads_an_experiment(capsys, tmp_path):
 
 def test_record_of_a_loop_that_the_theorem_does_not_cover():
     loop = replace(hanging_link(), vibration=None)
-    found = bounds(loop, weight=0.3)
-    assert not found.applies
-    record = bounds_record(found, theorem_paths(loop, found, 2, 0.1))
+    result = bounds(loop, weight=0.3)
+    assert not result.applies
+    record = bounds_record(result, theorem_paths(loop, result, 2, 0.1))
     assert record["ultimate_error"] is None
     assert record["first_entry"] is None
     stream = io.StringIO()
@@ -396,11 +396,11 @@ def test_record_of_a_loop_that_the_theorem_does_not_cover():
 
 def test_figure():
     loop = hanging_link()
-    followed = theorem_paths(loop, bounds(loop, eps=LINK_EPS), 8, 0.2)
-    figure = bounds_figure(followed, followed, "title", ["a", "b", "c"])
+    paths = theorem_paths(loop, bounds(loop, eps=LINK_EPS), 8, 0.2)
+    figure = bounds_figure(paths, paths, "title", ["a", "b", "c"])
     assert [ax.get_title() or ax.get_title("left") for ax in figure.axes] == ["a", "b", "c"]
-    told = [text.get_text() for ax in figure.axes for text in ax.texts]
-    assert any(text.startswith("promised: ") for text in told)
+    labels = [text.get_text() for ax in figure.axes for text in ax.texts]
+    assert any(text.startswith("promised: ") for text in labels)
     assert rendered(figure)["png"].startswith(b"\x89PNG")
 
 
