@@ -124,6 +124,16 @@ def having(method: str, expected: str) -> Callable[[str, Any], None]:
     return check
 
 
+def of_type(cls: type, expected: str) -> Callable[[str, Any], None]:
+    """The check that a part is of a class."""
+
+    def check(subject: str, part: Any) -> None:
+        if not isinstance(part, cls):
+            raise ParameterError(subject, f"a {type(part).__name__}", expected)
+
+    return check
+
+
 def is_number(value: Any) -> bool:
     """Whether a value is a finite real number; True and False are not."""
     if not isinstance(value, Real) or isinstance(value, bool):
@@ -132,6 +142,11 @@ def is_number(value: Any) -> bool:
         return math.isfinite(value)
     except OverflowError:  # an integer beyond the range of floats
         return False
+
+
+def is_integer(value: Any) -> bool:
+    """Whether a value is an integer; True and False are not."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def number(subject: str, value: Any, unit: str = "") -> None:
@@ -162,7 +177,7 @@ def probability(subject: str, value: Any) -> None:
 
 def counting(subject: str, value: Any) -> None:
     """Raise ParameterError unless a value is an integer >= 1."""
-    if not (_is_integer(value) and value >= 1):
+    if not (is_integer(value) and value >= 1):
         raise ParameterError(subject, repr(value), "an integer >= 1")
 
 
@@ -172,7 +187,7 @@ def natural(subject: str, value: Any) -> int:
     Raises:
         ParameterError: Unless it is an integer that 64 bits hold.
     """
-    if not (_is_integer(value) and 0 <= value < 2**64):
+    if not (is_integer(value) and 0 <= value < 2**64):
         raise ParameterError(subject, repr(value), "an integer from 0 to 2^64 - 1")
     return int(value)
 
@@ -237,10 +252,6 @@ def vector(subject: str, values: npt.ArrayLike, n: int, *, field: str = "") -> A
     if not np.all(np.isfinite(array)):
         raise ShapeError(subject, repr(values), "finite numbers", field=field)
     return np.broadcast_to(array, (n,)).copy()
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _with_unit(expected: str, unit: str) -> str:

@@ -3,13 +3,13 @@
     duration = 10.0
     seed = 0
     paths = 10000
-    tolerance = 0.05                # of the settling time [rad or m]
+    tolerance = 0.05                # error of a path that has settled [rad or m]
     period = 1e-3
 
     [arm]                           # the keywords of load_arm
     robot = "panda"                 # or the path of a URDF, counted from this file
 
-    [controller]                    # a part says its type, and its fields
+    [controller]                    # a part: its type and its fields
     type = "FTCF"
     compensation = "bias"
     gains = { c1 = 7.5 }
@@ -22,13 +22,13 @@
     input = { type = "BaseAcceleration", axes = "xyz" }
     excitation = { type = "WhiteNoise", intensity = 0.1 }
 
-    [specification]                 # what `ftcfa verify` asks of the runs
+    [specification]                 # what `ftcfa verify` tests
     error = 0.02
     within = 2.0
 
-At the top stand the numbers of the run and of the `ClosedLoop`, then a table for each of its
-parts. What is left out has the default of the Python API; a controller's nominal arm is the true
-one unless ``[controller.nominal]`` says otherwise.
+The numbers of the run and of the `ClosedLoop` stand at the top, then a table for each of its parts.
+A key that is left out has the default of the Python API. A controller's nominal arm is the true one
+unless there is a table ``[controller.nominal]``.
 """
 
 import hashlib
@@ -50,6 +50,7 @@ from ftcfa.checks import (
     counting,
     natural,
     not_negative,
+    of_type,
     positive,
     probability,
 )
@@ -67,12 +68,6 @@ _NUMBERS = re.compile(r"\[\n([^\[\]\"{}]*)\]")
 """An array of plain numbers as tomli-w writes it, one a line; texts hold no bare line break."""
 
 
-def check_loop(subject: str, loop: Any) -> None:
-    """Raise ParameterError unless a loop is a `ClosedLoop`."""
-    if not isinstance(loop, ClosedLoop):
-        raise ParameterError(subject, f"a {type(loop).__name__}", "a ClosedLoop")
-
-
 def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
     """Raise ParameterError unless quantiles are one or more probabilities."""
     if not quantiles:
@@ -81,32 +76,28 @@ def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
         probability(subject, p)
 
 
-def check_specification(subject: str, specification: Any) -> None:
-    """Raise ParameterError unless a specification is a `Specification`."""
-    if not isinstance(specification, Specification):
-        got = f"a {type(specification).__name__}"
-        raise ParameterError(subject, got, "a Specification, or None")
-
-
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A closed loop and how it is run: what a file says and another machine needs to know.
+    """A closed loop and how it is run: the contents of an experiment file.
 
     Attributes:
-        loop: What is simulated.
+        loop: Closed loop that is simulated.
         duration: Simulated time [s].
-        seed: Of the random streams, 0 <= seed < 2^64.
-        paths: How many.
-        record_every: Statistics over time are kept at every so many samples; 0 takes about 200
-            times.
+        seed: Seed of the random streams, 0 <= seed < 2^64.
+        paths: Number of paths.
+        record_every: Number of samples between two times at which statistics are kept; 0 gives
+            about 200 times.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         after: Time from which errors count as late [s]; half of the duration by default.
         quantiles: Probabilities of the quantiles over time.
-        chunk: Paths that are computed and stored at once.
-        specification: What `verify` asks of the runs, or None.
+        chunk: Number of paths that are computed and stored at once.
+        specification: Specification that `verify` tests, or None.
+
+    Raises:
+        FtcfaError: If a field is out of range; it carries the field's name.
     """
 
-    loop: Annotated[ClosedLoop, Check(check_loop)]
+    loop: Annotated[ClosedLoop, Check(of_type(ClosedLoop, "a ClosedLoop"))]
     duration: Annotated[float, Check(not_negative, "s")]
     seed: Annotated[int, Check(natural)] = 0
     paths: Annotated[int, Check(counting)] = 1
@@ -115,7 +106,9 @@ class Experiment:
     after: Annotated[float | None, Check(not_negative, "s")] = None
     quantiles: Annotated[tuple[float, ...], Check(check_quantiles)] = QUANTILES
     chunk: Annotated[int, Check(counting)] = 4096
-    specification: Annotated[Specification | None, Check(check_specification)] = None
+    specification: Annotated[
+        Specification | None, Check(of_type(Specification, "a Specification, or None"))
+    ] = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -124,11 +117,11 @@ class Experiment:
                 self.specification.check(self.loop, self.duration)
 
     def run(self, **options: Any) -> xr.Dataset:
-        """Run the ensemble: `ftcfa.ensemble` with what this experiment says.
+        """Run the ensemble: `ftcfa.ensemble` with the fields of this experiment.
 
         Args:
-            options: What it does not say: ``threads``, ``store``, ``client``, ``progress``,
-                ``trajectories`` and ``confidence``, as of `ftcfa.ensemble`.
+            options: Further arguments of `ftcfa.ensemble`: ``threads``, ``store``, ``client``,
+                ``progress``, ``trajectories`` and ``confidence``.
         """
         return ensemble(
             self.loop,
@@ -144,10 +137,10 @@ class Experiment:
         )
 
     def verify(self, **options: Any) -> Verification:
-        """Ask whether the specification is kept: `ftcfa.verify` with what this experiment says.
+        """Test whether the specification is met: `ftcfa.verify` with this experiment's fields.
 
         Args:
-            options: ``threads`` and ``progress``, as of `ftcfa.verify`.
+            options: Further arguments of `ftcfa.verify`: ``threads`` and ``progress``.
 
         Raises:
             ParameterError: If there is no specification.
@@ -169,61 +162,62 @@ class Experiment:
 
         Args:
             text: The text.
-            folder: Where its relative paths count from.
-            file: What messages call it.
+            folder: Folder from which its relative paths count.
+            file: How messages name the text.
 
         Raises:
             ExperimentError: If anything is wrong with it; it holds all errors.
         """
         try:
-            told = tomllib.loads(text)
+            data = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
             raise _unreadable(file, f"not TOML: {error}") from error
-        return rebuild(cls, told, file, Path(folder))
+        return rebuild(cls, data, file, Path(folder))
 
     @classmethod
     def from_description(cls, text: str) -> Self:
-        """The experiment that another machine described by `description`.
+        """The experiment of a `description`, perhaps one from another machine.
 
         Raises:
-            ExperimentError: If the text is no such description.
+            ExperimentError: If the text is not a description; it holds all errors.
         """
         try:
-            told = json.loads(text)
+            data = json.loads(text)
         except json.JSONDecodeError as error:
             raise _unreadable("description", f"not JSON: {error}") from error
-        if not isinstance(told, dict):
-            raise _unreadable("description", f"a {type(told).__name__}", "a JSON object")
-        return rebuild(cls, told, "description", Path())
+        if not isinstance(data, dict):
+            raise _unreadable("description", f"a {type(data).__name__}", "a JSON object")
+        return rebuild(cls, data, "description", Path())
 
     def description(self) -> str:
-        """A JSON text that says everything, without any file of this machine.
+        """A JSON text of the whole experiment that needs no file of this machine.
 
-        Arms that we know by name go by it; other URDFs, records and tables go with their contents.
+        An arm of the catalogue is given by its name; other URDFs, records and tables are written
+        out.
 
         Raises:
-            ParameterError: If the loop holds a part of a user's own, which no text can tell.
+            ParameterError: If the loop holds a part of a user's own, which cannot be written.
         """
         return json.dumps(self_contained(self._document()))
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the description: the same for the same experiment, wherever it came from."""
-        told = _canonical(json.loads(self.description()))
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        """SHA-256 of the description: equal for equal experiments, from Python or any file."""
+        data = _canonical(json.loads(self.description()))
+        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
     def to_text(self, folder: str | os.PathLike[str] | None = None) -> str:
-        """The TOML text that `from_text` reads; paths below the folder count from there.
+        """The TOML text that `from_text` reads; paths below the folder are relative to it.
 
         Raises:
             ParameterError: If the loop holds a part of a user's own.
         """
-        told = self._document()
-        for arm in filter(has_path, arms(told)):
+        data = self._document()
+        for arm in filter(has_path, arms(data)):
             path = Path(arm["robot"])
             if folder is not None and path.is_relative_to(Path(folder).resolve()):
                 arm["robot"] = path.relative_to(Path(folder).resolve()).as_posix()
-        return _NUMBERS.sub(_on_one_line, tomli_w.dumps(told))
+        return _NUMBERS.sub(_on_one_line, tomli_w.dumps(data))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the TOML file, whole or not at all.
@@ -237,8 +231,8 @@ class Experiment:
 
     def _document(self) -> dict[str, Any]:
         own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "loop"}
-        told = {name: _stated(describe(value)) for name, value in own.items() if value is not None}
-        return {**told, **document(self.loop)}
+        data = {name: _stated(describe(value)) for name, value in own.items() if value is not None}
+        return {**data, **document(self.loop)}
 
 
 def load_experiment(path: str | os.PathLike[str]) -> Experiment:
@@ -259,11 +253,11 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     return Experiment.from_text(text, file.parent, file=str(file))
 
 
-def _stated(told: Any) -> Any:
+def _stated(data: Any) -> Any:
     """A description without its type, which is obvious, and without what is None."""
-    if not isinstance(told, dict):
-        return told
-    return {key: it for key, it in told.items() if key != "type" and it is not None}
+    if not isinstance(data, dict):
+        return data
+    return {key: it for key, it in data.items() if key != "type" and it is not None}
 
 
 def _on_one_line(array: re.Match[str]) -> str:
@@ -274,11 +268,11 @@ def _unreadable(file: str, got: str, expected: str = "") -> ExperimentError:
     return ExperimentError([FtcfaError(file, got, expected)])
 
 
-def _canonical(told: Any) -> Any:
+def _canonical(data: Any) -> Any:
     """Data in which 1 and 1.0 are the same."""
-    if isinstance(told, dict):
-        return {key: _canonical(value) for key, value in told.items()}
-    if isinstance(told, list):
-        return [_canonical(item) for item in told]
-    integer = isinstance(told, int) and not isinstance(told, bool)
-    return float(told) if integer and abs(told) <= 2**53 else told
+    if isinstance(data, dict):
+        return {key: _canonical(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_canonical(item) for item in data]
+    integer = isinstance(data, int) and not isinstance(data, bool)
+    return float(data) if integer and abs(data) <= 2**53 else data

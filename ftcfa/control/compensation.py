@@ -1,21 +1,16 @@
 """Known forces of the nominal arm that a law adds to its torque."""
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.errors import ParameterError
+from ftcfa.checks import having
 from ftcfa.model.dynamics import Dynamics
 
 Compensation = Literal["none", "gravity", "bias"]
-
-
-def check_nominal(subject: str, nominal: Any) -> None:
-    """Raise ParameterError unless a law's nominal arm is an arm."""
-    if not hasattr(nominal, "mass_matrix"):
-        got = f"a {type(nominal).__name__}"
-        raise ParameterError(subject, got, "an Arm, such as load_arm gives")
+check_nominal = having("mass_matrix", "an Arm, such as load_arm gives")
+"""The check that a law's nominal arm is an arm."""
 
 
 def compensation_force(

@@ -2,16 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
+from typing import Annotated, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, positive
+from ftcfa.checks import Check, check_fields, having, positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, Quantity, Signals
-from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
@@ -34,13 +33,6 @@ class LinearInParameters(Dynamics, Protocol):
     def regressor(self, q: Traceable, v: Traceable, v_r: Traceable, a_r: Traceable) -> Traceable:
         """See `Arm.regressor`."""
         ...
-
-
-def check_linear(subject: str, nominal: Any) -> None:
-    """Raise ParameterError unless the nominal arm has a regressor."""
-    if not hasattr(nominal, "regressor"):
-        got = f"a {type(nominal).__name__}"
-        raise ParameterError(subject, got, "an Arm, such as load_arm gives")
 
 
 class SlotineLiState(NamedTuple):
@@ -86,7 +78,7 @@ class SlotineLi:
         ),
     }
 
-    nominal: Annotated[Dynamics, Check(check_linear)]
+    nominal: Annotated[Dynamics, Check(having("regressor", "an Arm, such as load_arm gives"))]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
     adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0

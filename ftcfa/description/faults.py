@@ -73,9 +73,9 @@ class Faults:
         elif isinstance(error, ForbiddenExtraKeysError):
             known = [field.name for field in fields(error.cl)]
             yield from (self.unknown_key(key, known, keys) for key in sorted(error.extra_fields))
-        elif isinstance(error, KeyError):
-            hint = next(n.type for n in _notes(error) if isinstance(n, AttributeValidationNote))
-            yield self._fault(keys, "missing", expected(hint), table=bool(choices(hint)))
+        elif isinstance(error, KeyError) and (note := _note(error)) is not None:
+            table = bool(choices(note.type))
+            yield self._fault(keys, "missing", expected(note.type), table=table)
         elif isinstance(error, FtcfaError):
             inside = tuple(error.field.split(".")) if error.field else ()
             yield self._of_part(error, (*keys, *inside))
@@ -128,18 +128,17 @@ class Faults:
         return value
 
 
-def _notes(error: BaseException) -> list[str]:
-    return getattr(error, "__notes__", [])
+def _note(error: BaseException) -> AttributeValidationNote | IterableValidationNote | None:
+    """What cattrs noted on an error: the field, or the entry of an array, that it is about."""
+    kinds = (AttributeValidationNote, IterableValidationNote)
+    return next((n for n in getattr(error, "__notes__", ()) if isinstance(n, kinds)), None)
 
 
 def _place(error: BaseException) -> Keys:
-    """The key or number that cattrs noted on an error."""
-    for note in _notes(error):
-        if isinstance(note, AttributeValidationNote):
-            return (note.name,)
-        if isinstance(note, IterableValidationNote):
-            return (note.index,)
-    return ()
+    note = _note(error)
+    if note is None:
+        return ()
+    return (note.name if isinstance(note, AttributeValidationNote) else note.index,)
 
 
 def shown(data: Any) -> str:

@@ -1,6 +1,6 @@
 """From plain data to a closed loop, or to everything that is wrong with the data at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from types import NoneType
@@ -77,19 +77,20 @@ def rebuild(cls: type[Made], data: Mapping[str, Any], file: str, folder: Path) -
     errors = [faults.unknown_key(key, top) for key in data if key not in top]
     reader = _Reader(folder)
 
-    def attempt(part: Any, given: Mapping[str, Any], *keys: str) -> Any:
+    def attempt(read: Callable[[Any, Any], Any], given: Any, hint: Any, *keys: str) -> Any:
         try:
-            return reader.value(given, part) if keys else reader.part(part, given)
+            return read(given, hint)
         except ERRORS as error:
             errors.extend(faults.messages(error, keys))
             return BROKEN
 
     given = {key: data[key] for key in of_loop if key in data}
     if "arm" in given:
-        given["arm"] = reader.arm = attempt(Dynamics, given["arm"], "arm")
-    made = attempt(ClosedLoop, given)
+        given["arm"] = reader.arm = attempt(reader.value, given["arm"], Dynamics, "arm")
+    made = attempt(reader.part, given, ClosedLoop)
     if cls is not ClosedLoop:
-        made = attempt(cls, {"loop": made, **{key: data[key] for key in own if key in data}})
+        given = {"loop": made, **{key: data[key] for key in own if key in data}}
+        made = attempt(reader.part, given, cls)
     if errors:
         raise ExperimentError(errors)
     return cast(Made, made)
@@ -141,8 +142,7 @@ class _Reader:
         """A value of a type."""
         if data is BROKEN:
             raise Broken
-        made = is_dataclass(data) or (data is None and NoneType in get_args(hint))
-        if made:
+        if is_dataclass(data) or (data is None and NoneType in get_args(hint)):
             return data
         allowed = sorted(alternatives(hint), key=is_path, reverse=True)
         fitting = [one for one in allowed if fits(one, data)]
@@ -165,7 +165,7 @@ class _Reader:
         return float(data) if one is float else data
 
     def table(self, data: dict[str, Any], hint: Any) -> Any:
-        """A part, by the name of its type; unknown keys are set aside, and errors all the same."""
+        """A part, by the name of its type; unknown keys are errors beside those of the rest."""
         cls = type_of(data, choices(hint))
         call = maker(cls, data)
         shape: Any = call if isinstance(call, type) else arguments(call)
@@ -176,7 +176,7 @@ class _Reader:
         if unknown:
             errors.append(ForbiddenExtraKeysError("", shape, unknown))
         try:
-            made = self.part(shape, given)
+            made = self.part(given, shape)
             if shape is not call:
                 made = make(cls, {key: getattr(made, key) for key in given})
         except ERRORS as error:
@@ -185,8 +185,8 @@ class _Reader:
             raise ClassValidationError("", errors, shape)
         return made
 
-    def part(self, cls: Any, data: Mapping[str, Any]) -> Any:
-        """A dataclass of its fields; a nominal arm that is left out is the true one."""
+    def part(self, data: Mapping[str, Any], cls: Any) -> Any:
+        """A dataclass, from its fields; a nominal arm that is left out is the true one."""
         hints = get_type_hints(cls)
         given = dict(data)
         for field in fields(cls):

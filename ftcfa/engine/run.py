@@ -3,14 +3,13 @@
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from numbers import Integral, Real
 from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import natural
+from ftcfa.checks import is_integer, natural, not_negative
 from ftcfa.engine.compiled import run_compiled
 from ftcfa.engine.interpreted import run_interpreted
 from ftcfa.engine.paths import Paths
@@ -80,7 +79,7 @@ def _robots(
 
 def path_numbers(paths: Any) -> Words:
     """Path numbers 0, 1, ... for a number of paths, or the given path numbers."""
-    if isinstance(paths, Integral) and not isinstance(paths, bool) and int(paths) >= 0:
+    if is_integer(paths) and paths >= 0:
         return np.arange(int(paths), dtype=np.uint64)
     if isinstance(paths, Iterable) and not isinstance(paths, str):
         return np.array([natural("path", path) for path in paths], dtype=np.uint64)
@@ -89,9 +88,7 @@ def path_numbers(paths: Any) -> Words:
 
 def samples_of(loop: ClosedLoop, duration: float) -> int:
     """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
-    number = isinstance(duration, Real) and not isinstance(duration, bool)
-    if not (number and np.isfinite(duration) and duration >= 0):
-        raise ParameterError("duration", repr(duration), "a number >= 0 [s]")
+    not_negative("duration", duration, "s")
     return round(duration / loop.period) + 1
 
 

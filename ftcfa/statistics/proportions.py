@@ -5,12 +5,10 @@ is near 0 or 1 or paths are few, because counts are whole numbers. They hold for
 fixed beforehand; for a decision while paths come in, use `ftcfa.statistics.sequential_test`.
 """
 
-from numbers import Integral
-
 import numpy as np
 from scipy import stats
 
-from ftcfa.checks import counting, probability
+from ftcfa.checks import counting, is_integer, probability
 from ftcfa.errors import ParameterError
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
@@ -24,7 +22,7 @@ def proportion(successes: int, trials: int, confidence: float = CONFIDENCE) -> E
     """
     counting("trials", trials)
     probability("confidence of a proportion", confidence)
-    if not (isinstance(successes, Integral) and 0 <= successes <= trials):
+    if not (is_integer(successes) and 0 <= successes <= trials):
         raise ParameterError("successes", repr(successes), f"an integer from 0 to {trials}")
     test = stats.binomtest(int(successes), int(trials))
     low, high = test.proportion_ci(confidence, method="exact")

@@ -17,7 +17,7 @@ can be continued.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -25,7 +25,7 @@ from scipy import special
 from scipy.optimize import brentq
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, probability
+from ftcfa.checks import Check, check_fields, counting, probability
 from ftcfa.errors import ParameterError, ShapeError
 
 LARGEST_BETA = 1 / 3
@@ -61,6 +61,13 @@ class Verdict:
     finished: bool
 
 
+def check_beta(subject: str, beta: float) -> None:
+    """Raise ParameterError unless a probability of error is one that the test can keep."""
+    probability(subject, beta)
+    if beta > LARGEST_BETA:
+        raise ParameterError(subject, repr(beta), "at most 1/3")
+
+
 @dataclass(frozen=True)
 class SequentialTest:
     """Test of whether at least a share of all paths succeeds.
@@ -80,16 +87,12 @@ class SequentialTest:
             budget not a positive integer.
     """
 
-    share: float
-    beta: float
-    budget: int
+    share: Annotated[float, Check(probability)]
+    beta: Annotated[float, Check(check_beta)]
+    budget: Annotated[int, Check(counting)]
 
     def __post_init__(self) -> None:
-        probability("SequentialTest share", self.share)
-        probability("SequentialTest beta", self.beta)
-        if self.beta > LARGEST_BETA:
-            raise ParameterError("SequentialTest beta", repr(self.beta), "at most 1/3")
-        counting("SequentialTest budget", self.budget)
+        check_fields(self)
 
     def judge(self, outcomes: npt.ArrayLike) -> Verdict:
         """The verdict at the first path that decides, or after all.

@@ -1,12 +1,12 @@
 """The observer that counts the metrics of a path while it runs."""
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import positive
+from ftcfa.checks import Check, check_fields, not_negative, positive
 from ftcfa.control.protocol import Signals
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.study.metrics.metric import Sample, Totals
@@ -41,13 +41,13 @@ class PathMetrics:
         after: Samples from this time on are late [s].
     """
 
-    tolerance: float
-    after: float = 0.0
+    tolerance: Annotated[float, Check(positive, "rad or m")]
+    after: Annotated[float, Check(not_negative, "s")] = 0.0
 
     varies: ClassVar[Parameters] = number_fields("tolerance", "after")
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance, "rad or m")
+        check_fields(self)
 
     def init(self, n: int) -> Counts:
         """Counters before the first sample."""

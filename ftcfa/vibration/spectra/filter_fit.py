@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftcfa.arrays import Array
+from ftcfa.checks import is_integer
 from ftcfa.errors import ParameterError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
 from ftcfa.vibration.spectra.section_fit import (
@@ -110,7 +111,7 @@ def fit_filter(
         ParameterError: If an order is odd or below 4.
     """
     for name, value in (("order", max_order if order is None else order), ("max_order", max_order)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < MIN_ORDER or value % 2:
+        if not is_integer(value) or value < MIN_ORDER or value % 2:
             raise ParameterError(f"fit_filter {name}", repr(value), "an even integer >= 4")
     target = Target.of(spectrum)
     sections = fit_sections(target, _first_guess(spectrum, target))
