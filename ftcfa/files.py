@@ -7,7 +7,7 @@ from ftcfa.errors import FtcfaError
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and its parents, and try that a file can be written there.
+    """Make a folder and its parents, and make sure that files can be written there.
 
     Raises:
         FtcfaError: If it cannot be made or written.
@@ -39,5 +39,6 @@ def write_whole(file: Path, content: bytes) -> None:
 
 
 def _refused(path: Path, error: OSError) -> FtcfaError:
+    """The error for a file or folder that cannot be written."""
     reason = (error.strerror or "unknown reason").lower()
-    return FtcfaError(str(path), f"cannot be written ({reason})", "", "choose another --out")
+    return FtcfaError(str(path), f"cannot be written ({reason})", "", "choose another folder")

@@ -61,7 +61,7 @@ def test_folder_is_made_with_its_parents(tmp_path) -> None:
 @pytest.mark.parametrize("below", ["", "out", "out/deep"])
 def test_folder_on_or_below_a_file(tmp_path, below) -> None:
     (tmp_path / "file").write_text("kept")
-    with pytest.raises(FtcfaError, match=r"cannot be written \(.+\); choose another --out"):
+    with pytest.raises(FtcfaError, match=r"cannot be written \(.+\); choose another folder"):
         make_folder(tmp_path / "file" / below)
     assert (tmp_path / "file").read_text() == "kept"
 

@@ -76,6 +76,7 @@ def _difference(name: str, metric: Mapping[str, Any]) -> str:
 
 
 def _cell(metric: Mapping[str, Any], name: str) -> str:
+    """The mean of a metric, with a star if it differs significantly from the first loop's."""
     mean = metric["mean"]["estimate"]
     star = "*" if metric["significant"] else ""
     return "-" if mean is None else f"{mean * _scale(name):.3g}{star}"

@@ -15,26 +15,26 @@ from ftcfa.report.figures import BLUE, DASHED, GREY, INK, ORANGE, STYLE
 from ftcfa.study.summary import settled_in_mean_square, settling
 
 SIZE = (10.0, 7.0)
-"""Of the page [in]."""
+"""Width and height of the page [in]."""
 FILLS = (0.16, 0.36)
 """Opacity of the widest band of a fan, and of those within it."""
 FLOOR = 0.5
-"""Of a logarithmic axis, relative to what is smallest on it."""
+"""Lower end of a logarithmic axis, relative to the smallest value on it."""
 BEYOND = 1.25
-"""Time that is shown of the settling, relative to the last path's, where all have settled."""
+"""End of the time axis of the settling, relative to the last settling time, if all settled."""
 _KEY: dict[str, Any] = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "ncols": 3, "frameon": False,
     "fontsize": 8, "borderaxespad": 0.2, "columnspacing": 1.2, "handlelength": 1.5,
 }  # fmt: skip
-"""Of the legends, on the line of the title."""
+"""Options of the legends, on the line of the title."""
 
 
 @mpl.rc_context(STYLE)
 def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Figure:
-    """What an ensemble amounts to, on one page of four panels.
+    """An ensemble on one page of four panels.
 
     Args:
-        dataset: Of `ftcfa.ensemble`.
+        dataset: Result of `ftcfa.ensemble`.
         effort_limit: u*, shape (n,) [N m or N].
         title: Heading.
     """
@@ -57,18 +57,19 @@ def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Fig
 
 
 def _note(dataset: xr.Dataset) -> str:
-    told = dataset.attrs
-    dead = "none diverged"
-    if told["diverged"]:
-        dead = f"{told['diverged']:,} of them diverged (the quantiles that they reach end)"
+    """What was run, below the heading."""
+    attributes = dataset.attrs
+    diverged = "none diverged"
+    if attributes["diverged"]:
+        diverged = f"{attributes['diverged']:,} of them diverged (quantiles that they reach end)"
     return (
-        f"{dataset.sizes['path']:,} paths of seed {told['seed']}, {dead}; "
-        f"bands of {100 * told['confidence']:g} % confidence at each single time"
+        f"{dataset.sizes['path']:,} paths of seed {attributes['seed']}, {diverged}; "
+        f"bands of {100 * attributes['confidence']:g} % confidence at each single time"
     )
 
 
 def _draw_mean_square(ax: Axes, dataset: xr.Dataset) -> None:
-    """E|z1|^2 with its band; undefined for all paths from when one diverges."""
+    """Draw E|z1|^2 with its band; that of all paths ends where the first path diverges."""
     time, epsilon = dataset["time"].values, float(dataset.attrs["tolerance"]) ** 2
     shown = [("ote_mean_square", BLUE, "all paths")]
     if dataset.attrs["diverged"]:
@@ -90,7 +91,7 @@ def _draw_mean_square(ax: Axes, dataset: xr.Dataset) -> None:
 
 
 def _mark_reached(ax: Axes, reached: float) -> None:
-    """Definition 1: from when the bound is below epsilon."""
+    """Mark the time of Definition 1 from which the upper bound stays below epsilon."""
     if not np.isfinite(reached):
         return
     if reached > 0:
@@ -103,6 +104,7 @@ def _mark_reached(ax: Axes, reached: float) -> None:
 
 
 def _draw_errors(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw quantiles of the overall tracking error, and the tolerance."""
     tolerance, quantiles = dataset.attrs["tolerance"], dataset["ote_quantile"][0]
     _draw_fan(ax, quantiles.copy(data=_above_zero(quantiles.values)))
     ax.set_title("overall tracking error")
@@ -115,8 +117,9 @@ def _draw_errors(ax: Axes, dataset: xr.Dataset) -> None:
 
 
 def _draw_torque(ax: Axes, dataset: xr.Dataset, effort_limit: Array) -> None:
-    worst = _busiest(dataset, effort_limit)
-    one, limit = dataset["u_quantile"][0].isel(joint=worst), float(effort_limit[worst])
+    """Draw quantiles of the torque of the busiest joint, and its limits."""
+    joint = _busiest(dataset, effort_limit)
+    one, limit = dataset["u_quantile"][0].isel(joint=joint), float(effort_limit[joint])
     unit = "N" if str(one["joint_type"].item()) == "prismatic" else "N m"
     _draw_fan(ax, one)
     ax.set_title(f"torque of {one['joint'].item()}, quantiles as above", parse_math=False)
@@ -128,25 +131,26 @@ def _draw_torque(ax: Axes, dataset: xr.Dataset, effort_limit: Array) -> None:
 
 
 def _busiest(dataset: xr.Dataset, effort_limit: Array) -> int:
-    """The joint whose torque is largest, on average over the paths, of its limit if all have one.
+    """Index of the joint with the largest rms torque, in the mean over the paths.
 
-    By the rms torque: peaks of many joints reach their limits.
+    Relative to its limit, if all joints have one. Not by the peak torque: that of many joints
+    reaches the limit.
     """
     rms = dataset["rms_torque"].values  # (paths, n)
-    alive = np.where(np.isfinite(rms), rms, 0.0).mean(axis=0)
-    return int(np.argmax(alive / effort_limit if np.isfinite(effort_limit).all() else alive))
+    mean = np.where(np.isfinite(rms), rms, 0.0).mean(axis=0)
+    return int(np.argmax(mean / effort_limit if np.isfinite(effort_limit).all() else mean))
 
 
 def _draw_settling(ax: Axes, dataset: xr.Dataset) -> None:
-    """Kaplan-Meier's distribution; a path is censored at the end of the run, if at all."""
-    found, end = settling(dataset), float(dataset.attrs["duration"])
-    if found.censored + found.diverged == 0:
-        end = min(end, BEYOND * float(found.time[-1]) or end)
-    inside = found.time < end
-    time = np.concatenate([[0.0], found.time[inside], [end]])
+    """Draw Kaplan-Meier's distribution; paths that have not settled are censored at the end."""
+    times, end = settling(dataset), float(dataset.attrs["duration"])
+    if times.censored + times.diverged == 0:
+        end = min(end, BEYOND * float(times.time[-1]) or end)
+    inside = times.time < end
+    time = np.concatenate([[0.0], times.time[inside], [end]])
     value, low, high = (
-        np.concatenate([[0.0], share[inside], share[found.time <= end][-1:]])
-        for share in found.share
+        np.concatenate([[0.0], share[inside], share[times.time <= end][-1:]])
+        for share in times.share
     )
     ax.fill_between(time, low, high, color=BLUE, alpha=FILLS[1], step="post", linewidth=0)
     ax.plot(time, value, color=BLUE, drawstyle="steps-post")
@@ -156,12 +160,12 @@ def _draw_settling(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set_xlim(0, end or None)
     ax.set_ylim(-0.03, 1.03)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0))
-    lines = [f"{found.settled:,} settled"]
-    if found.censored:
-        lines.append(f"{found.censored:,} not by {end:g} s (+, censored)")
+    lines = [f"{times.settled:,} settled"]
+    if times.censored:
+        lines.append(f"{times.censored:,} not by {end:g} s (+, censored)")
         ax.plot(end, value[-1], "+", color=INK, markersize=9, clip_on=False, zorder=5)
-    if found.diverged:
-        lines.append(f"{found.diverged:,} diverged and never settle")
+    if times.diverged:
+        lines.append(f"{times.diverged:,} diverged and never settle")
     high_up = value[-1] < 0.5
     ax.text(
         0.97, 0.93 if high_up else 0.07, "\n".join(lines), transform=ax.transAxes, ha="right",
@@ -170,7 +174,7 @@ def _draw_settling(ax: Axes, dataset: xr.Dataset) -> None:
 
 
 def _draw_fan(ax: Axes, quantiles: xr.DataArray) -> None:
-    """Bands between quantiles p and 1 - p, and the median; where they are infinite, no more."""
+    """Draw bands between quantiles p and 1 - p, and the median, as long as they are finite."""
     levels = quantiles["quantile"].values
     time = quantiles["time"].values
     values = np.where(np.isfinite(quantiles.values), quantiles.values, np.nan)
@@ -185,6 +189,7 @@ def _draw_fan(ax: Axes, quantiles: xr.DataArray) -> None:
 
 
 def _draw_level(ax: Axes, height: float, label: str, above: bool = True) -> None:
+    """Draw a dashed line with its label above or below it."""
     ax.axhline(height, color=INK, linewidth=0.8, linestyle=DASHED)
     ax.annotate(
         label, (0.99, height), (0, 4 if above else -4), xycoords=("axes fraction", "data"),
@@ -194,13 +199,15 @@ def _draw_level(ax: Axes, height: float, label: str, above: bool = True) -> None
 
 
 def _above_zero(values: Array) -> Array:
-    """What a logarithmic axis can show."""
+    """Values that a logarithmic axis can show; the others become NaN."""
     return np.where(np.isfinite(values) & (values > 0), values, np.nan)
 
 
 def _smallest(values: Array, other: float) -> float:
+    """The smallest of a number and of positive values."""
     return float(np.nanmin(np.append(_above_zero(values), other)))
 
 
 def _plain(unit: str) -> str:
+    """A unit with a raised 2 instead of ^2."""
     return unit.replace("^2", "²")

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from ftcfa.arrays import Array
 
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
-"""Of Okabe and Ito's palette, told apart by every kind of colour vision."""
+"""Colours of Okabe and Ito's palette, distinct for every kind of colour vision."""
 INK, GREY, LIGHT = "#222222", "#6B6B6B", "#BBBBBB"
 DASHED = (0, (4, 3))
 WIDTH = 7.2
@@ -59,7 +59,7 @@ def tracking(path: xr.Dataset, title: str, note: str) -> Figure:
     """Position q against the reference q_d, joint by joint.
 
     Args:
-        path: A Dataset of `ftcfa.simulate`.
+        path: Result of `ftcfa.simulate`.
         title: Heading.
         note: What was simulated, below the heading.
     """
@@ -79,7 +79,7 @@ def torque(path: xr.Dataset, limit: Array, title: str, note: str) -> Figure:
     """Applied torque u with its limits, joint by joint.
 
     Args:
-        path: A Dataset of `ftcfa.simulate`.
+        path: Result of `ftcfa.simulate`.
         limit: u*, shape (n,) [N m or N].
         title: Heading.
         note: What was simulated, below the heading.
@@ -99,7 +99,7 @@ def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note
     """Overall tracking error of several controllers, on a linear and on a log axis.
 
     Args:
-        paths: Datasets of `ftcfa.simulate`, by the controllers' labels; three at most.
+        paths: Results of `ftcfa.simulate`, by the controllers' labels; three at most.
         band: Error below which a path has settled [rad].
         title: Heading.
         note: What was simulated, below the heading.
@@ -164,7 +164,7 @@ def filters(
 
 
 def rendered(figure: Figure) -> dict[str, bytes]:
-    """A figure as the bytes of a PNG and an SVG, by suffix; same figure, same bytes."""
+    """A figure as PNG and as SVG, by suffix; the same figure gives the same bytes."""
     files = {}
     with mpl.rc_context(STYLE):
         for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
@@ -179,15 +179,16 @@ _AT_DATA: dict[str, Any] = {
     "xycoords": ("axes fraction", "data"),
     "textcoords": "offset points",
 }
-"""Annotate at a height of the data, beside or inside the axes."""
+"""Options of a label at a height of the data, beside or inside the axes."""
 
 
 def _figure(height: float) -> Figure:
+    """An empty figure of a height [in]."""
     return Figure(figsize=(WIDTH, height), layout=ConstrainedLayoutEngine(wspace=0.06))
 
 
 def _joint_panels(path: xr.Dataset, title: str, note: str) -> tuple[Figure, Any]:
-    """A row of axes a joint: the whole run and its beginning; axes of shape (n, 2)."""
+    """A figure with a row of axes for each joint, the whole run and its beginning: shape (n, 2)."""
     n, end = path.sizes["joint"], float(path["time"][-1])
     figure = _figure(1.2 + 1.9 * n)
     axes = figure.subplots(n, 2, sharex="col", sharey="row", width_ratios=(1.8, 1), squeeze=False)
@@ -199,6 +200,7 @@ def _joint_panels(path: xr.Dataset, title: str, note: str) -> tuple[Figure, Any]
 
 
 def _name_columns(axes: Any, *titles: str) -> None:
+    """Write the titles above the columns and the time below."""
     for column, title in zip(axes.T, titles, strict=True):
         column[0].set_title(title)
         column[-1].set_xlabel("time [s]")
@@ -206,24 +208,25 @@ def _name_columns(axes: Any, *titles: str) -> None:
 
 
 def _head(figure: Figure, title: str, note: str) -> None:
-    """Heading and note; the heading's empty second line keeps room for the note."""
+    """Write heading and note; the heading's empty second line leaves room for the note."""
     figure.suptitle(f"{title}\n", x=0.01, ha="left", fontsize=11, fontweight="bold")
     height = figure.get_size_inches()[1]
     figure.text(0.01, 1 - 0.28 / height, note, fontsize=8.5, color=GREY, va="top")
 
 
 def _ticks() -> MaxNLocator:
+    """Few and round ticks."""
     return MaxNLocator(4, steps=[1, 2, 5, 10])
 
 
 def _level(values: Array) -> float:
-    """Where to label a curve: its root mean square over the time alive."""
-    alive = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(alive**2))) if alive.size else np.nan
+    """Height of a curve's label: the root mean square of its finite values."""
+    valid = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(valid**2))) if valid.size else np.nan
 
 
 def _draw_limits(row: Any, bound: float, unit: str) -> None:
-    """u* and -u* as dashed lines, labelled at the right of the row."""
+    """Draw u* and -u* as dashed lines, labelled at the right of the row."""
     for side, label in ((bound, f"$u^*$ = {bound:g} {unit}"), (-bound, f"$-${bound:g} {unit}")):
         for ax in row:
             ax.axhline(side, color=INK, linewidth=0.8, linestyle=DASHED)
@@ -231,6 +234,7 @@ def _draw_limits(row: Any, bound: float, unit: str) -> None:
 
 
 def _label_right(ax: Axes, height: float, label: str, color: str) -> None:
+    """Write a label to the right of the axes."""
     ax.annotate(label, (1, height), (4, 0), va="center", color=color, fontsize=8, **_AT_DATA)
 
 

@@ -20,17 +20,17 @@ from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
 PANEL, HEAD = 2.9, 0.25
-"""Height of a panel and of what is above all [in]."""
+"""Height of a panel, and of the space above all panels [in]."""
 NOTE_WIDTH = 100
-"""Of the lines of a provenance [characters]."""
+"""Length of the lines of a provenance [characters]."""
 NOTE_LINE, TITLE_PAD = 11.0, 6.0
-"""Height of such a line, and room around them [points]."""
+"""Height of such a line, and the space around the lines [points]."""
 BESIDE, ABOVE, BELOW = 1.6, 3.0, 6.0
-"""What is shown around the table: factors on its frequencies, highest and lowest density."""
+"""Factors that widen the axes: on the frequencies, the highest and the lowest density."""
 CROWDED = 1000
-"""Ratio of the band's ends above which the decades alone are labelled."""
+"""Ratio of the band's ends above which only the decades are labelled."""
 GRID = 1000
-"""Frequencies at which a filter's density is drawn."""
+"""Number of frequencies at which a filter's density is drawn."""
 
 
 @mpl.rc_context(STYLE)
@@ -53,7 +53,7 @@ def vibration_figure(realised: Sequence[RealisedStandard]) -> Figure:
 
 
 def _head(ax: Axes, one: RealisedStandard) -> None:
-    """Name and provenance of a standard above its panel, as they are written."""
+    """Write name and provenance of a standard above its panel, without mathematical text."""
     lines = [
         line
         for text in provenance_lines(one.standard.source, one.standard.verified)
@@ -68,7 +68,7 @@ def _head(ax: Axes, one: RealisedStandard) -> None:
 
 
 def _draw(ax: Axes, one: RealisedStandard) -> None:
-    """The curves, each with its overall level; the table lies over the estimates."""
+    """Draw the curves, each with its overall level; the table lies over the estimates."""
     table, shaped, tones = one.standard.spectrum, one.shaped, one.tones
     level = float(one.fit.filter.rms()[0])
     error = DB * np.log1p(shaped.standard_error)
@@ -104,7 +104,7 @@ def _draw(ax: Axes, one: RealisedStandard) -> None:
 
 
 def _scale(ax: Axes, one: RealisedStandard) -> None:
-    """Logarithmic axes around the table, plain numbers of hertz."""
+    """Make the axes logarithmic around the table, with plain numbers of hertz."""
     low, high = one.standard.spectrum.band
     S = _in_g(one.standard.spectrum.densities)
     ax.set_xscale("log")
@@ -119,12 +119,12 @@ def _scale(ax: Axes, one: RealisedStandard) -> None:
 
 
 def _in_g(densities: Array) -> Array:
-    """From (m/s^2)^2/Hz to g^2/Hz."""
+    """Densities in g^2/Hz, from (m/s^2)^2/Hz."""
     return densities / STANDARD_GRAVITY**2
 
 
 def _g_rms(level: float) -> str:
-    """An overall level from m/s^2 to g."""
+    """Text of an overall level in g, from m/s^2."""
     return f"{level / STANDARD_GRAVITY:#.4g} g rms"
 
 
@@ -135,7 +135,7 @@ def vibration_files(
 
     Args:
         realised: Results of `realise_standard`.
-        record: Of `realised_record`.
+        record: Result of `realised_record`.
     """
     figure = rendered(vibration_figure(realised))
     files = {f"spectrum.{suffix}": content for suffix, content in figure.items()}

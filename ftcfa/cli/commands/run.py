@@ -8,7 +8,6 @@ import typer
 
 from ftcfa.cli.cluster import cluster
 from ftcfa.cli.ending import finish
-from ftcfa.cli.interrupt import interrupted
 from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, check_threads, given
 from ftcfa.cli.progress import progress_of_paths
 
@@ -54,15 +53,16 @@ def run(
     chosen = replace(load_experiment(experiment), specification=None, **options)
     check_threads(threads)
     make_folder(out)
+    interruption = None
     with cluster(scheduler) as client, progress_of_paths() as report:
         try:
             dataset = chosen.run(threads=threads, client=client, store=out / STORE, progress=report)
-        except Interrupted as stop:
-            if stop.partial is None:
+        except Interrupted as error:
+            if error.partial is None:
                 raise
-            dataset = stop.partial
+            dataset, interruption = error.partial, error
     record = ensemble_record(dataset, chosen.paths)
     files = ensemble_files(dataset, record, chosen.loop.arm.effort_limit, experiment.name)
     finish(record, print_ensemble, as_json, files, out)
-    if interrupted.is_set():
-        raise KeyboardInterrupt
+    if interruption is not None:
+        raise interruption

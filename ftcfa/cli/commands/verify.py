@@ -11,57 +11,58 @@ from ftcfa.cli.progress import progress_of_paths
 
 EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
 
+REQUIRED = "Overrides the file; required if the file has no specification."
+Error = Annotated[
+    float | None,
+    typer.Option(help=f"Largest tracking error once settled, in rad or m. {REQUIRED}"),
+]
+Within = Annotated[
+    float | None,
+    typer.Option(help=f"Time by which a run must have settled, in s. {REQUIRED}"),
+]
+Effort = Annotated[
+    float | None,
+    typer.Option(
+        help="Largest torque of every joint, in N m or N. Overrides the file. "
+        "Without both: no limit."
+    ),
+]
+TorqueRate = Annotated[
+    float | None,
+    typer.Option(
+        help="Largest torque rate of every joint, in N m/s or N/s. Overrides the file. "
+        "Without both: no limit."
+    ),
+]
+Share = Annotated[
+    float | None,
+    typer.Option(
+        help="Share of all runs that must keep the specification, between 0 and 1. "
+        "Overrides the file. Without both: 0.95."
+    ),
+]
+Confidence = Annotated[
+    float | None,
+    typer.Option(
+        help="Confidence of the answer, yes or no, between 0 and 1. Overrides the file. "
+        "Without both: 0.95."
+    ),
+]
+Budget = Annotated[
+    int | None,
+    typer.Option(help="Largest number of paths to run. Overrides the file. Without both: 10000."),
+]
+
 
 def verify(
     experiment: ExperimentFile,
-    error: Annotated[
-        float | None,
-        typer.Option(
-            help="Largest tracking error once settled, in rad or m. Overrides the file; "
-            "required if the file has no specification."
-        ),
-    ] = None,
-    within: Annotated[
-        float | None,
-        typer.Option(
-            help="Time by which a run must have settled, in s. Overrides the file; "
-            "required if the file has no specification."
-        ),
-    ] = None,
-    effort: Annotated[
-        float | None,
-        typer.Option(
-            help="Largest torque of every joint, in N m or N. Overrides the file. "
-            "Without both: no limit."
-        ),
-    ] = None,
-    torque_rate: Annotated[
-        float | None,
-        typer.Option(
-            help="Largest torque rate of every joint, in N m/s or N/s. Overrides the file. "
-            "Without both: no limit."
-        ),
-    ] = None,
-    share: Annotated[
-        float | None,
-        typer.Option(
-            help="Share of all runs that must keep the specification, between 0 and 1. "
-            "Overrides the file. Without both: 0.95."
-        ),
-    ] = None,
-    confidence: Annotated[
-        float | None,
-        typer.Option(
-            help="Confidence of the answer, yes or no, between 0 and 1. Overrides the file. "
-            "Without both: 0.95."
-        ),
-    ] = None,
-    budget: Annotated[
-        int | None,
-        typer.Option(
-            help="Largest number of paths to run. Overrides the file. Without both: 10000."
-        ),
-    ] = None,
+    error: Error = None,
+    within: Within = None,
+    effort: Effort = None,
+    torque_rate: TorqueRate = None,
+    share: Share = None,
+    confidence: Confidence = None,
+    budget: Budget = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
