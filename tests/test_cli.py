@@ -50,6 +50,13 @@ def coarse_figures():
         yield
 
 
+@pytest.fixture
+def no_figures(monkeypatch) -> None:
+    """Figures are left empty: other things are under test."""
+    monkeypatch.setattr("ftcfa.report.ensemble.rendered", lambda _: {"png": b"", "svg": b""})
+    monkeypatch.setattr("ftcfa.report.reproduction.rendered", lambda _: {"png": b"", "svg": b""})
+
+
 def call(*words: str) -> int:
     """Run a command in this process; its exit status."""
     with pytest.raises(SystemExit) as exit_:
@@ -341,6 +348,7 @@ def test_run_writes_the_ensemble(capsys, experiment, tmp_path) -> None:
     xr.testing.assert_identical(stored.load(), expected)
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_run_prints_a_table(capsys, experiment, tmp_path) -> None:
     words = ["run", experiment, "--out", str(tmp_path / "out"), "--paths", "3", "--threads", "1"]
     assert call(*words, "--duration", "0.2") == 0
@@ -365,6 +373,7 @@ def test_run_goes_on_where_it_was(capsys, experiment, tmp_path) -> None:
         assert Path(short, name).read_bytes() == Path(whole, name).read_bytes()
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_interrupted_run_says_what_is_done_and_goes_on(capsys, experiment, tmp_path) -> None:
     out = tmp_path / "out"
     command = [*FTCFA, "run", experiment, "--out", str(out)]
@@ -423,6 +432,7 @@ def test_a_wrong_file_gives_all_its_errors(capsys, experiment) -> None:
         ]
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_run_of_another_experiment_leaves_the_store(capsys, experiment, tmp_path) -> None:
     out = str(tmp_path / "out")
     assert call("run", experiment, "--out", out, "--paths", "8", "--json") == 0
@@ -449,6 +459,7 @@ def cluster(workers: int) -> distributed.LocalCluster:
     )  # fmt: skip
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_run_on_a_cluster_gives_the_same(capsys, experiment, tmp_path) -> None:
     there, here = tmp_path / "there", tmp_path / "here"
     with cluster(1) as workers:
@@ -631,9 +642,9 @@ def test_quick_reproduction_draws_its_figures(quick) -> None:
         assert (out / f"{name}.svg").read_text().rstrip().endswith("</svg>")
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_table_of_the_quick_reproduction(tmp_path, capsys, monkeypatch) -> None:
     monkeypatch.setattr("ftcfa.study.reproduction.QUICK_DURATION", 0.1)
-    monkeypatch.setattr("ftcfa.report.reproduction.rendered", lambda _: {"png": b"", "svg": b""})
     assert call("reproduce", "--quick", "--out", str(tmp_path)) == 0
     shown = capsys.readouterr()
     assert f"{len(QUICK_CASES)} of " in shown.out
