@@ -1,6 +1,6 @@
-"""Random numbers that belong to a path: normal deviates keyed by (seed, path, stream, step).
+"""Random numbers of a path: normal deviates as a function of (seed, path, stream, step).
 
-A counter-based generator has no state: the deviates of step k of path i are a function of
+A counter-based generator has no state: the deviates of step k of path i depend on
 (seed, i, stream, k) alone, so they are the same alone or among a million paths, on one thread or
 fifty workers, interpreted or compiled. The cipher is Threefry-2x64 with 20 rounds (Salmon,
 Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3, SC 2011).
@@ -24,7 +24,7 @@ PLANT_NOISE = 0
 INITIAL_STATE = 1
 FIRST_ROW = 2
 ROBOT = 3
-"""Streams: what the numbers are used for."""
+"""Numbers of the streams, one for each use of random numbers."""
 
 
 def threefry2x64(counter: tuple[Words, Words], key: tuple[int, int | Words]) -> tuple[Words, Words]:
@@ -53,9 +53,9 @@ def standard_normals(seed: int, path: int, stream: int, steps: range, channels: 
     Args:
         seed: Seed of the experiment, 0 <= seed < 2^64.
         path: Number of the path, 0 <= path < 2^64.
-        stream: What the numbers are for, 0 <= stream < 2^32.
+        stream: Number of the stream, such as PLANT_NOISE, 0 <= stream < 2^32.
         steps: Consecutive step numbers.
-        channels: Deviates per step.
+        channels: Number of deviates a step.
 
     Returns:
         Shape (len(steps), channels).
@@ -71,7 +71,7 @@ def normals_of_paths(seed: int, paths: Words, stream: int, channels: int) -> Arr
 
 
 def _normals(seed: int, path: int | Words, stream: int, step: Words, channels: int) -> Array:
-    """A row of deviates for each row of steps, shape (rows, 1), and of paths, one or as many."""
+    """A row of deviates for each of the steps, shape (rows, 1), of one path or one path a row."""
     pairs = (channels + 1) // 2
     pair = (np.uint64(stream) << np.uint64(32)) + np.arange(pairs, dtype=np.uint64)[None, :]
     words = np.broadcast_arrays(step, pair)
@@ -84,13 +84,13 @@ def _normals(seed: int, path: int | Words, stream: int, step: Words, channels: i
 
 
 def first_rows(seed: int, paths: Words, rows: int) -> npt.NDArray[np.int64]:
-    """A row for each path to begin at, uniform on 0 ... rows - 1, shape (paths,)."""
+    """Row of a table at which each path begins, uniform on 0 ... rows - 1, shape (paths,)."""
     zero = np.zeros(len(paths), dtype=np.uint64)
     words, _ = threefry2x64((zero, zero + np.uint64(FIRST_ROW << 32)), (seed, paths))
     return (words % np.uint64(rows)).astype(np.int64)
 
 
 def _in_one_two(words: Words) -> Array:
-    """52 bits of each word as a float in [1, 2)."""
+    """A float in [1, 2) from 52 bits of each word."""
     bits = (words >> np.uint64(MANTISSA_SHIFT)) | np.uint64(ONE)
     return bits.view(np.float64)

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
@@ -163,10 +164,17 @@ def _check(part: Any, hint: Any, name: str, largest: int | None = None) -> None:
     elif isinstance(part, Arm):
         _check_arm(part, subject)
     else:
-        hints = get_type_hints(type(part))
+        kind: Any = type(part)
+        hints = _hints(kind)
         for field in dataclasses.fields(part):
             inner = field.name if name == "loop" else f"{name}.{field.name}"
             _check(getattr(part, field.name), hints[field.name], inner, largest)
+
+
+@cache
+def _hints(part: Any) -> dict[str, Any]:
+    """Types of the fields of a part, by name."""
+    return get_type_hints(part)
 
 
 def _check_arm(arm: Arm, subject: str) -> None:

@@ -32,7 +32,7 @@ def simulate(
 ) -> xr.Dataset:
     """Simulate one path.
 
-    Noise and robot of path i belong to (seed, i) alone, so any path of any ensemble can be run
+    Noise and robot of path i depend on (seed, i) alone, so any path of any ensemble can be run
     again by itself.
 
     Args:
@@ -86,15 +86,15 @@ def simulate_paths(
         signals: Internal signals to record beside q, q_d, v and u, or ``"all"``.
         record_every: Number of samples from one that is kept to the next.
         threads: Number of threads; as many as this process may use by default.
-        engine: As in `simulate`.
+        engine: ``"compiled"`` or ``"interpreted"``, as for `simulate`.
 
     Returns:
         A Dataset like that of `simulate` with a leading dimension ``path``. What varies is a
         coordinate; so are the robots that the loop's ``uncertainty`` draws.
 
     Raises:
-        ParameterError, ShapeError, UnknownNameError: If an argument is of the wrong range,
-            shape or name.
+        ParameterError, ShapeError, UnknownNameError: If an argument has the wrong range, shape or
+            name.
     """
     return _run(loop, paths, duration, seed, vary or {}, signals, record_every, threads, engine)
 

@@ -1,4 +1,4 @@
-"""Robots that are not quite the model: a distribution of possible robots around a nominal arm."""
+"""Uncertain robots: a distribution of possible robots around a nominal arm."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
 DEVIATES = 12
-"""Random numbers of a joint and its body: mass, centre (3), strains (3), shears (3), damping and
-Coulomb friction."""
+"""Number of deviates of a joint and its body: mass, centre (3), strains (3), shears (3), damping
+and Coulomb friction."""
 FRICTION_DEVIATES = {"damping": 10, "friction": 11}
 CHUNK = 512
-"""Robots drawn at once: few enough to stay in the processor's cache."""
+"""Number of robots drawn at once, which fit into the processor's cache."""
 TIE_DIGITS = 9
-"""Ways that differ by less than a nanometre are as long."""
+"""Decimals to which distances along the links are compared, so to a nanometre."""
 
 
 def check_payload(subject: str, payload: tuple[float, float], unit: str) -> None:
@@ -41,9 +41,9 @@ def check_payload(subject: str, payload: tuple[float, float], unit: str) -> None
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """A distribution of possible robots around a nominal arm; what is not given is certain.
+    """A distribution of possible robots around a nominal arm; without arguments, it is certain.
 
-    Every body is drawn by itself. With the ``"log-normal"`` distribution n is a standard normal
+    Every body is drawn independently. With the ``"log-normal"`` distribution n is a standard normal
     deviate; with the ``"bounded"`` one it is uniform on [-1, 1]:
 
         mass      m -> m exp(s n)  or  m (1 + s n)
@@ -51,24 +51,24 @@ class Uncertainty:
         shape     x - c -> exp(E) (x - c),   E_ii = s n,   E_ij = E_ji = s n / sqrt(2)
         friction  as the mass, for damping and Coulomb friction of every joint
 
-    The deformed body's mass distribution gives its rotational inertia, so every draw is physical,
-    and mass, centre and inertia are correlated as physics demands (`changed_pseudo_inertia`).
-    Normal strains of ``"log-normal"`` are as large along any direction. Massless bodies stay.
+    The inertia of a draw is that of the deformed body, so every draw is a possible robot, and mass,
+    centre and inertia are correlated as in a body (`changed_pseudo_inertia`). The normal strain of
+    ``"log-normal"`` has the same distribution along every direction. Massless bodies do not change.
 
     Attributes:
-        mass: Spread of the mass, relative.
+        mass: Relative spread s of the mass.
         centre: Spread of the centre of mass [m].
         shape: Spread of the strain of each body's distribution of mass.
-        friction: Spread of damping and Coulomb friction, relative.
+        friction: Relative spread of damping and Coulomb friction.
         payload: Smallest and largest mass of a point mass, uniform in between [kg]; None for none.
-        payload_frame: Link or joint that carries it. By default the tip: of those that the most
-            joints move, the one with the longest way from the base along the links; of several
-            such frames, the URDF's last.
-        payload_offset: Where it sits in that frame, shape (3,) [m].
+        payload_frame: Link or joint that carries the payload. By default it is the tip: of the
+            frames that the most joints move, the one with the longest distance from the base along
+            the links; of several such frames, the last in the URDF.
+        payload_offset: Position of the payload in that frame, shape (3,) [m].
         distribution: ``"log-normal"`` or ``"bounded"``.
 
     Raises:
-        ParameterError, ShapeError, UnknownNameError: If a field is of the wrong range, shape or
+        ParameterError, ShapeError, UnknownNameError: If a field has the wrong range, shape or
             name.
     """
 
@@ -102,7 +102,7 @@ class Uncertainty:
             raise ParameterError(
                 "Uncertainty payload_frame and payload_offset",
                 "no payload",
-                "a payload that is there",
+                "a payload",
                 "give payload=(smallest, largest)",
                 field="payload",
             )
@@ -110,8 +110,8 @@ class Uncertainty:
     def draw(self, arm: Arm, seed: int, paths: Iterable[int]) -> dict[str, Array]:
         """Parameters of the robots of some paths, by their names in `Arm.varies`.
 
-        The robot of a path belongs to (seed, path) alone: it is the same whichever others are
-        drawn, and a spread changes only what it is the spread of.
+        The robot of a path depends on (seed, path) alone: it is the same whichever others are
+        drawn, and each spread changes its own quantity alone.
 
         Args:
             arm: The nominal arm.
@@ -124,8 +124,8 @@ class Uncertainty:
 
         Raises:
             UnknownNameError: If the arm has no frame ``payload_frame``; it lists those it has.
-            ParameterError: If the arm has nothing of what is uncertain, or a number is no seed
-                or path.
+            ParameterError: If the arm lacks an uncertain quantity, or a seed or path number is out
+                of range.
         """
         self.check(arm)
         seed = natural("seed", seed)
@@ -137,17 +137,17 @@ class Uncertainty:
     def robot(self, arm: Arm, seed: int, path: int) -> Arm:
         """The robot of one path.
 
-        Args, raises: as of `draw`.
+        Args, raises: As for `draw`.
         """
         drawn = {name: values[0] for name, values in self.draw(arm, seed, [path]).items()}
         return arm.with_inertias(drawn.pop("inertias")).with_joint_friction(**drawn)
 
     def check(self, arm: Arm) -> None:
-        """Raise unless an arm has what is uncertain.
+        """Raise unless an arm has every uncertain quantity.
 
         Raises:
-            UnknownNameError: If it has no frame ``payload_frame``; it lists those it has.
-            ParameterError: If it is no Arm, if nothing moves the frame, or if it has no friction.
+            UnknownNameError: If the arm has no frame ``payload_frame``; it lists those it has.
+            ParameterError: If it is no Arm, if no joint moves the frame, or if it has no friction.
         """
         if not isinstance(arm, Arm):
             raise ParameterError(
@@ -165,7 +165,7 @@ class Uncertainty:
             self._carrier(arm)
 
     def _carrier(self, arm: Arm) -> BodyFrame:
-        """The frame that carries the payload."""
+        """Frame that carries the payload."""
         tree = arm.tree()
         if self.payload_frame is None:
             return tree.frames[_tip(arm, tree)]
@@ -220,14 +220,14 @@ def _strain(n: Array) -> Array:
 
 
 def _friction_of(arm: Arm) -> dict[str, Array]:
-    """Damping and Coulomb friction, where a moving joint has them."""
+    """Damping and Coulomb friction by name, if a moving joint has them."""
     moving = arm.G.any(axis=1)
-    given = {"damping": arm.damping, "friction": arm.friction}
-    return {name: values for name, values in given.items() if values[moving].any()}
+    both = {"damping": arm.damping, "friction": arm.friction}
+    return {name: values for name, values in both.items() if values[moving].any()}
 
 
 def _joints_above(tree: KinematicTree, frame: BodyFrame) -> list[int]:
-    """Joints between a frame and the base."""
+    """Numbers of the joints between a frame and the base."""
     joints, joint = [], frame.joint
     while joint >= 0:
         joints.append(joint)
@@ -243,7 +243,7 @@ def _tip(arm: Arm, tree: KinematicTree) -> str:
         frame = tree.frames[name]
         joints = _joints_above(tree, frame)
         moving = sum(bool(arm.G[j].any()) for j in joints)
-        way = np.linalg.norm(frame.translation) + sum(lengths[j] for j in joints)
-        return moving, round(float(way), TIE_DIGITS)
+        length = np.linalg.norm(frame.translation) + sum(lengths[j] for j in joints)
+        return moving, round(float(length), TIE_DIGITS)
 
     return max(reversed(tuple(tree.frames)), key=distance)

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 
 
-def leaves(tree: Any) -> list[Array]:
+def leaves(tree: Any) -> list[Traceable]:
     """Arrays of nested tuples, from left to right; None stands for no array."""
     if isinstance(tree, tuple):
         return [leaf for branch in tree for leaf in leaves(branch)]
     return [] if tree is None else [tree]
 
 
-def like(template: Any, arrays: Iterator[Array]) -> Any:
+def like(template: Any, arrays: Iterator[Traceable]) -> Any:
     """Nested tuples of the template's structure that hold other arrays."""
     if isinstance(template, tuple):
         branches = [like(branch, arrays) for branch in template]
@@ -30,6 +30,6 @@ def flat(tree: Any) -> Array:
     return np.concatenate([*rows, np.zeros(0)])
 
 
-def size(array: Array) -> int:
+def size(array: Traceable) -> int:
     """Number of entries of an array."""
     return int(np.prod(np.shape(array)))

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler.agreement import (
     DISTURBANCE,
@@ -186,7 +186,10 @@ def _numbers(column: ca.DM) -> Array:
 
 
 def _trace(
-    loop: ClosedLoop, template: LoopState, shapes: dict[str, tuple[int, ...]], inputs: list[Array]
+    loop: ClosedLoop,
+    template: LoopState,
+    shapes: dict[str, tuple[int, ...]],
+    inputs: list[Traceable],
 ) -> TracedLoop:
     n = loop.arm.n
     state = like(template, iter([_symbol_like(leaf) for leaf in leaves(template)]))
@@ -224,12 +227,12 @@ def _trace(
     return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
 
 
-def _symbol_like(leaf: Array) -> Array:
+def _symbol_like(leaf: Array) -> Traceable:
     shape = np.shape(leaf)
     return symbols("x", *(shape or (1,))).reshape(shape)
 
 
-def _flat(arrays: Sequence[Array]) -> ca.SX:
+def _flat(arrays: Sequence[Traceable]) -> ca.SX:
     """All entries of some arrays as one column, each array row by row."""
     columns = [ca.densify(column(a.reshape((size(a),)))) for a in map(_array, arrays)]
     return ca.vertcat(*columns) if columns else ca.SX(0, 1)
