@@ -28,7 +28,7 @@ from ftcfa import (
     load_arm,
     simulate,
 )
-from ftcfa.model.urdf.catalogue import find_arm
+from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.vibration.inputs.noise_input import Shaking
 
 MASSLESS = 1e-12
@@ -46,7 +46,7 @@ PENDULUM_MAP = {
 
 def mujoco_model(robot, base):
     """The URDF of a named arm in MuJoCo, on a base joint of its own: floating, or three slides."""
-    root = etree.parse(find_arm(robot).path()).getroot()
+    root = etree.parse(catalogue()[robot].path()).getroot()
     for tag in ("visual", "collision", "transmission", "gazebo", "mimic", "material"):
         for element in list(root.iter(tag)):
             element.getparent().remove(element)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from ftcfa.checks import known_name
 from ftcfa.errors import UrdfError
 
 _PACKAGE = Path(__file__).parents[2]
@@ -53,17 +52,6 @@ def catalogue() -> Mapping[str, CatalogueEntry]:
         name: CatalogueEntry(**{**table, "joints": tuple(table.get("joints", ()))})
         for name, table in tables.items()
     }
-
-
-def find_arm(name: str) -> CatalogueEntry:
-    """The entry of a named arm.
-
-    Raises:
-        UnknownNameError: If no arm has that name; the message lists the names.
-    """
-    subject = "robot (not a file, not an arm of the catalogue)"
-    known_name(subject, name, catalogue(), field="robot")
-    return catalogue()[name]
 
 
 @cache

@@ -118,10 +118,12 @@ def _arm(
     rules = joint_rules(description, locks)
     moving = {name for name, rule in rules.items() if rule.leader is not None}
     if not moving:
-        remedy = "lock fewer joints" if locks else "export it with movable joints"
-        raise UrdfError(str(description.file), "no joint moves", "at least one free joint", remedy)
-    field, turn = _gravity_field(gravity), _mounting(mounting)
-    model = model_of_urdf(description.pinocchio_xml(), field, turn)
+        field = "lock" if lock else ""
+        remedy = "lock fewer joints" if lock else "export it with movable joints"
+        expected = "at least one free joint"
+        raise UrdfError(str(description.file), "no joint moves", expected, remedy, field=field)
+    gravity_field, turn = _gravity_field(gravity), _mounting(mounting)
+    model = model_of_urdf(description.pinocchio_xml(), gravity_field, turn)
     joints = list(model.names[1:])
     names = tuple(name for name in joints if rules[name].leader == name)
     warnings = lint(description, moving, names)
@@ -146,7 +148,7 @@ def _arm(
         source={
             **source,
             "lock": dict(locks),
-            "gravity": field.tolist(),
+            "gravity": gravity_field.tolist(),
             "effort_limit": effort.tolist(),
             "mounting": turn.tolist(),
         },

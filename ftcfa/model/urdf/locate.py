@@ -4,24 +4,15 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from ftcfa.checks import known_name
 from ftcfa.errors import ParameterError, UrdfError
-from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, find_arm
+from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue
 
 
 def locate(
     robot: str | os.PathLike[str], package_dirs: Sequence[str | os.PathLike[str]]
 ) -> tuple[CatalogueEntry | None, Path]:
-    """Entry of the catalogue (None for a file of the user) and path of the URDF.
-
-    Args:
-        robot: As in `load_arm`.
-        package_dirs: As in `load_arm`.
-
-    Raises:
-        UnknownNameError: If a name is not in the catalogue; it lists those that are.
-        UrdfError: If no folder has the file of a ``package://`` path.
-        ParameterError: If the robot is not a name or a path.
-    """
+    """Entry of the catalogue (None for a file of the user) and path of the URDF; see `load_arm`."""
     expected = "a name or the path of a URDF"
     if not isinstance(robot, (str, os.PathLike)):
         raise ParameterError("robot", repr(robot), expected, field="robot")
@@ -29,7 +20,7 @@ def locate(
     if text.startswith("package://"):
         return None, _find_in_packages(text, package_dirs)
     if isinstance(robot, str) and robot in catalogue():
-        entry = find_arm(robot)
+        entry = catalogue()[robot]
         return entry, entry.path()
     if text.lstrip().startswith("<"):
         remedy = "write the text to a file"
@@ -37,7 +28,8 @@ def locate(
     path = Path(text)
     exists = os.path.exists(path)  # noqa: PTH110 (pathlib's raises where a name is too long)
     if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not exists:
-        find_arm(robot)  # raises, and lists the known names
+        subject = "robot (not a file, not an arm of the catalogue)"
+        known_name(subject, robot, catalogue(), field="robot")
     return None, path
 
 

@@ -217,6 +217,7 @@ def test_an_unusable_option_is_refused_in_one_sentence(
     with pytest.raises(error) as caught:
         load_arm(file, **options)
     assert str(caught.value) == sentence
+    assert [caught.value.field] == list(options)
 
 
 @pytest.mark.parametrize("given", [None, 5, b"panda", ["panda"]])
@@ -224,6 +225,7 @@ def test_a_robot_must_be_a_name_or_a_path(given: Any) -> None:
     with pytest.raises(ParameterError) as caught:
         load_arm(given)
     assert str(caught.value) == f"robot: {given!r}, expected a name or the path of a URDF"
+    assert caught.value.field == "robot"
 
 
 def test_urdf_text_in_place_of_a_path_is_recognised() -> None:

@@ -278,6 +278,7 @@ def test_an_unknown_locked_joint_lists_the_known_ones(urdf: Callable[..., Path])
         known = "unknown name, expected one of: shoulder, elbow"
         assert str(caught.value) == f"{file}: moving joint 'wrist': {known}"
         assert caught.value.known == ("shoulder", "elbow")
+        assert caught.value.field == "lock"
 
 
 def test_a_mimic_joint_cannot_be_locked(urdf: Callable[..., Path]) -> None:
