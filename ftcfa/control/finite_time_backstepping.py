@@ -25,7 +25,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
         u = M(q) (alpha' - c2 sig(z2, kappa) - (3/4 k2 + 5/4) z2) + compensation
 
     The exact law has beta(z) = sig(z, kappa), whose derivative kappa |z|^(kappa - 1) is infinite
-    at zero: each time that a component of z1 crosses zero with v /= q_d', u is unbounded. At the
+    at zero: each time that a component of z1 crosses zero with v != q_d', u is unbounded. At the
     samples z1 is never quite zero, but it comes nearer to zero the smaller the period is.
 
     A ``width`` mu > 0 gives the usual regularised variant: within |z| < mu the power is replaced by

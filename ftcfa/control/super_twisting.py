@@ -61,8 +61,8 @@ class SuperTwisting:
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
-    r1: Annotated[float, Check(positive)] = Gains().velocity_rate
-    r2: Annotated[float, Check(positive)] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
+    r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)")] = Gains().velocity_rate
+    r2: Annotated[float, Check(positive, "rad/s^3")] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
 

@@ -264,7 +264,7 @@ class ClosedLoop:
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
-        """Unit and meaning of the signals of `step`; a law's own part need not list its signals."""
+        """Unit and meaning of the signals of `step`, except those that a law leaves out."""
         return {**quantities(self.controller), **LOOP_QUANTITIES}
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:

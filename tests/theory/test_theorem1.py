@@ -59,6 +59,11 @@ def study():
     return bounds(closed_loop(FINITE_TIME))
 
 
+@pytest.fixture(scope="module")
+def link():
+    return bounds(hanging_link(), eps=LINK_EPS)
+
+
 def still(gains=None, robot="double_pendulum", **parts):
     """A loop at rest on its reference."""
     arm = load_arm(robot)
@@ -172,10 +177,10 @@ def test_required_gains_are_where_nothing_is_left(study, weight):
 
 def test_panda():
     """Seven joints: at w_s = 1 nothing is left of the compensation, at 2.56 the theorem applies."""
-    loop = still(robot="panda")
-    assert bounds(loop).applies
-    assert bounds(loop).Delta == pytest.approx(4**0.9 * 7.5 / 6)
-    light = bounds(loop, weight=1.0)
+    result = bounds(still(robot="panda"))
+    assert result.applies
+    assert result.Delta == pytest.approx(4**0.9 * 7.5 / 6)
+    light = replace(result, weight=1.0)
     assert not light.applies
     assert compensation_coefficient(7, 0.6, 1.0) < 0
     assert (light.Vinf, light.ultimate_error, light.first_entry) == (np.inf,) * 3
@@ -219,8 +224,11 @@ def test_kappa_one_is_the_limit():
 def hanging(kappa):
     """The hanging link under another fractional power."""
     loop = hanging_link()
-    law = loop.controller
-    return replace(loop, controller=replace(law, gains=replace(law.gains, kappa=kappa)))
+    return replace(loop, controller=with_kappa(loop.controller, kappa))
+
+
+def with_kappa(law, kappa):
+    return replace(law, gains=replace(law.gains, kappa=kappa))
 
 
 @settings(max_examples=30)
@@ -251,9 +259,9 @@ def test_saturation_gap_is_the_largest(actual, nominal):
 
 @settings(max_examples=50)
 @given(sigma=st.floats(0.05, 0.95), far=st.floats(1.01, 1e4), kappa=st.floats(0.1, 1.0))
-def test_first_entry_of_the_fastest_fall_allowed(sigma, far, kappa):
+def test_first_entry_of_the_fastest_fall_allowed(link, sigma, far, kappa):
     """V' = -Delta V^p + Gamma enters at the integral of dV/(Delta V^p - Gamma), by quadrature."""
-    result = replace(bounds(hanging(kappa), eps=LINK_EPS), sigma=sigma)
+    result = replace(link, law=with_kappa(link.law, kappa), sigma=sigma)
     result = replace(result, V0=far * result.Vinf)
     exact, _ = quad(
         lambda x: np.exp(x) / (result.Delta * np.exp(x) ** result.p - result.Gamma),
@@ -290,9 +298,9 @@ def test_first_entry_where_the_bound_says_something(loop, eps, times):
     assert estimate.high < result.first_entry / times
 
 
-def test_premises_that_are_too_small_do_not_hold(study):
-    link = theorem_paths(hanging_link(), bounds(hanging_link(), eps=LINK_EPS), 16, 0.2)
-    assert not np.any(link.premises_hold)  # pi1 = 0
+def test_premises_that_are_too_small_do_not_hold(study, link):
+    paths = theorem_paths(hanging_link(), link, 16, 0.2)
+    assert not np.any(paths.premises_hold)  # pi1 = 0
     supplied = replace(study, etabar=np.zeros(2), eps=1.0, pi1=1.0)
     pendulum = theorem_paths(closed_loop(FINITE_TIME), supplied, 2, 0.1)
     assert np.all(pendulum.filter_error < 1.0)
