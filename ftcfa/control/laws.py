@@ -9,10 +9,10 @@ which can leave them out, is given ``compensation="bias"``, as its rivals have b
 Period and torque limits are those of the loop.
 
 The rule: at a position error of 1 rad and at a velocity error of 1 rad/s every law commands the
-same correction as FTCF. With the paper's gains its rates there are a1 = c1 + 3/4 (1 + k1) = 9.75 1/s
-and a2 = c2 + 3/4 k2 + 5/4 = 26.5 1/s (`Gains.position_rate`, `Gains.velocity_rate`); -a1 and -a2
-are the poles of the nominal error under every linear law. The backstepping laws share the `Gains`;
-the others take a1 and a2. What has no counterpart in FTCF is
+same correction as FTCF. With the paper's gains its rates there are
+a1 = c1 + 3/4 (1 + k1) = 9.75 1/s and a2 = c2 + 3/4 k2 + 5/4 = 26.5 1/s (`Gains.position_rate`,
+`Gains.velocity_rate`); -a1 and -a2 are the poles of the nominal error under every linear law. The
+backstepping laws share the `Gains`; the others take a1 and a2. What has no counterpart in FTCF is
 a power of ten apart from these rates: the second-order filter works at 10 a2, Slotine and Li's
 adaptation at a1/10, and its leakage at a1/100.
 """
