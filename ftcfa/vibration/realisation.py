@@ -1,4 +1,4 @@
-"""Realisations: the numbers that an excitation becomes in a loop."""
+"""Realisations of an excitation: the numbers that shake a loop."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from ftcfa.streams import INITIAL_STATE, PLANT_NOISE, first_rows, standard_norma
 from ftcfa.vibration.excitation import Excitation, Process
 
 CHUNK = 4096
-"""Steps whose noise is drawn at once."""
+"""Number of steps whose noise is drawn at once."""
 
 
 def realise(
@@ -21,18 +21,18 @@ def realise(
     seed: int = 0,
     path: int = 0,
 ) -> Array:
-    """What a loop is shaken by: the mean of xi over each integration step.
+    """Mean of xi over each integration step of a path.
 
         Y_k/h,   Y_k = integral of xi from k h to (k + 1) h
 
-    These are the very numbers that path ``path`` of seed ``seed`` meets in `simulate`, before the
-    vibration's ``level``, where the excitation alone shakes a loop of that step.
+    `simulate` uses exactly these numbers, times the vibration's ``level``, for path ``path`` of
+    seed ``seed`` of a loop with this excitation and step.
 
     Args:
-        excitation: What shakes.
-        channels: m, how many channels the noise input has.
-        duration: Rounded to whole steps [s].
-        step: h, the period of a loop over its substeps [s].
+        excitation: The excitation.
+        channels: m, the number of channels of the noise input.
+        duration: Simulated time, rounded to whole steps [s].
+        step: h, the period of a loop divided by its substeps [s].
         seed: Seed of the experiment, 0 <= seed < 2^64.
         path: Number of the path, 0 <= path < 2^64.
 
@@ -41,8 +41,8 @@ def realise(
 
     Raises:
         ShapeError: If the excitation has another number of channels.
-        ParameterError: If an argument is out of range or no excitation, or the step too long for
-            it.
+        ParameterError: If ``excitation`` is none, another argument is out of range, or the step is
+            too long for the excitation.
     """
     if not hasattr(excitation, "process"):
         expected = "an excitation, such as ShapedNoise(...)"
@@ -62,12 +62,12 @@ def realise(
 
 
 def initial_normals(process: Process, seed: int, path: int) -> Array:
-    """Deviates of a path's initial state, shape (process.initial_normals,)."""
+    """Standard normal deviates of a path's initial state, shape (process.initial_normals,)."""
     return standard_normals(seed, path, INITIAL_STATE, range(1), process.initial_normals)[0]
 
 
 def noise_of_steps(process: Process, steps: range, seed: int, path: int) -> tuple[Array, Array]:
-    """What drives a process over consecutive integration steps of a path.
+    """Deviates and rows that drive a process over consecutive integration steps of a path.
 
     Returns:
         Standard normal deviates, shape (len(steps), process.normals), and the rows of the

@@ -1,4 +1,4 @@
-"""What shakes the robot: an excitation of the surroundings and how it loads the joints."""
+"""The vibration of a robot: an excitation of the surroundings and how it loads the joints."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,22 +6,22 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, about, check_fields, having, not_negative
 from ftcfa.errors import ShapeError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, Shaking, noise_input
+from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, StepIntegrals, noise_input
 
 
 class VibrationState(NamedTuple):
-    """State of what shakes."""
+    """State of a vibration."""
 
     process: Any
-    """Of the excitation."""
+    """State of the excitation's process."""
     input: Any = ()
-    """Of the noise input."""
+    """State of the noise input."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,16 +29,16 @@ class Vibration:
     """A noise input Lambda(q) and an excitation xi of its channels.
 
     Attributes:
-        input: How the excitation loads the joints; a function (arm, q) -> Lambda(q), or an
-            object with such a ``matrix``, will do.
-        excitation: What shakes.
-        level: Factor on the excitation's amplitude; may differ from path to path.
+        input: Noise input: how the excitation loads the joints. A function (arm, q) -> Lambda(q),
+            or an object with such a ``matrix`` method, is accepted too.
+        excitation: Excitation of the input's channels.
+        level: Factor of the excitation's amplitude; may differ from path to path.
 
     Raises:
-        ParameterError: If a part is not what it should be.
+        ParameterError: If a part has the wrong type, or the level is negative.
     """
 
-    input: NoiseInput | Callable[[Any, Array], Array]
+    input: NoiseInput | Callable[[Any, Traceable], Traceable]
     excitation: Annotated[Excitation, Check(having("process", "an excitation"))]
     level: Annotated[float, Check(not_negative)] = 1.0
 
@@ -59,7 +59,7 @@ class Vibration:
 
         Raises:
             ShapeError: If it has not as many channels as the noise input.
-            ParameterError: If the step is too long for it, or the input asks for another.
+            ParameterError: If the step is too long for it, or the input cannot take it.
         """
         with about("input"):
             shape = np.shape(self._input.matrix(arm, arm.home))
@@ -72,7 +72,7 @@ class Vibration:
         self._input.check(process)
         return process
 
-    def init(self, process: Process, normals: Array) -> VibrationState:
+    def init(self, process: Process, normals: Traceable) -> VibrationState:
         """State before the first step, from ``process.initial_normals`` deviates."""
         return VibrationState(process.init(normals), self._input.init())
 
@@ -80,30 +80,30 @@ class Vibration:
         self,
         process: Process,
         arm: Dynamics,
-        q: Array,
-        v: Array,
+        q: Traceable,
+        v: Traceable,
         state: VibrationState,
-        normals: Array,
-        row: Array,
+        normals: Traceable,
+        row: Traceable,
         step: float,
-    ) -> tuple[Array, VibrationState]:
+    ) -> tuple[Traceable, VibrationState]:
         """Joint impulse over one step, and the state at its end.
 
         Args:
-            process: Of `process`.
+            process: Result of `process`.
             arm: The true robot.
             q: Position at the start of the step (Ito), shape (n,) [rad or m].
-            v: Velocity there, shape (n,) [rad/s or m/s].
-            state: State there.
+            v: Velocity at the start, shape (n,) [rad/s or m/s].
+            state: State at the start.
             normals: Standard normal deviates, shape (process.normals,).
             row: The step's row of ``process.rows``.
-            step: Its length [s].
+            step: Length of the step [s].
 
         Returns:
             The impulse, shape (n,) [N m s or N s], and the state at the end of the step.
         """
-        integral, after = process.advance(state.process, normals, row)
-        all_three = (integral, *process.integrals(state.process, row))
-        shaking = Shaking(*(self.level * one for one in all_three))
-        impulse, moved = self._input.impulse(arm, q, v, state.input, shaking, step)
-        return impulse, VibrationState(after, moved)
+        increment, process_state = process.advance(state.process, normals, row)
+        unscaled = (increment, *process.integrals(state.process, row))
+        integrals = StepIntegrals(*(self.level * each for each in unscaled))
+        impulse, input_state = self._input.impulse(arm, q, v, state.input, integrals, step)
+        return impulse, VibrationState(process_state, input_state)

@@ -200,8 +200,8 @@ def test_a_record_without_its_drift_swings_about_level():
 def test_what_would_tip_the_base_over_is_refused(excitation, reason):
     message = (
         f"BaseMotion: angular acceleration about y: {reason}, expected one whose density vanishes "
-        "at 0 Hz like f.4, or the base tips over; take ShapedNoise.from_psd, RandomPhase, a record "
-        "with its high_pass, or shake linearly only"
+        "at 0 Hz like f.4 and keeps the base about level; take ShapedNoise.from_psd, RandomPhase, "
+        "a record with its high_pass, or shake linearly only"
     )
     with pytest.raises(ParameterError, match=message.replace("f^4,", r"f\^4,")):
         loop_on(BaseMotion("z", "y"), excitation)

@@ -112,10 +112,10 @@ def test_sums_are_flat():
 
 def test_which_channels_are_integrable():
     white, sine = WhiteNoise(0.1), Harmonic(1.0, 10.0)
-    assert [bool((white + sine).process(2, 1e-3).obstacle(k)) for k in (0, 1)] == [True, True]
-    assert [(sine + recorded(axes=2)).process(2, 1e-3).obstacle(k) for k in (0, 1)] == ["", ""]
+    assert all((white + sine).process(2, 1e-3).why_no_integrals(k) for k in (0, 1))
+    assert not any((sine + recorded(axes=2)).process(2, 1e-3).why_no_integrals(k) for k in (0, 1))
     stacked = Stacked((white, sine, recorded()), (2, 1, 1)).process(4, 1e-3)
-    assert [bool(stacked.obstacle(k)) for k in range(4)] == [True, True, False, False]
+    assert [bool(stacked.why_no_integrals(k)) for k in range(4)] == [True, True, False, False]
     W, U = stacked.integrals(stacked.init(np.ones(2)), stacked.rows[0])
     assert W.shape == U.shape == (4,)
     assert (stacked.normals, stacked.initial_normals, stacked.random_start) == (2, 2, True)
@@ -123,8 +123,8 @@ def test_which_channels_are_integrable():
 
 def test_one_record_only():
     message = (
-        "excitation: 2 records among its parts, expected at most one; add their values up, or "
-        "make them axes of one, in a Record"
+        "excitation: 2 records among its parts, expected at most one; add their values, or "
+        "make them axes of one Record"
     )
     for excitation in (recorded() + recorded(), Stacked((recorded(), recorded()))):
         with pytest.raises(ParameterError) as refused:

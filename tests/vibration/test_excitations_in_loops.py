@@ -136,7 +136,7 @@ def test_the_channels_must_be_as_many_as_the_inputs():
 def test_unknown_specifications_are_refused():
     with pytest.raises(UnknownNameError, match="gevs_acceptance"):
         ShapedNoise.from_psd("highway")
-    with pytest.raises(ParameterError, match="vibration specification: 3, expected a standard's"):
+    with pytest.raises(ParameterError, match="spectrum: 3, expected a standard's"):
         ShapedNoise.from_psd(3)
 
 

@@ -29,7 +29,7 @@ from ftcfa import (
     simulate,
 )
 from ftcfa.model.urdf.catalogue import catalogue
-from ftcfa.vibration.inputs.noise_input import Shaking
+from ftcfa.vibration.inputs.noise_input import StepIntegrals
 
 MASSLESS = 1e-12
 """MuJoCo's stand-in for no mass and no rotational inertia [kg, kg m^2]."""
@@ -177,12 +177,12 @@ def test_accelerations_on_a_base_that_turns(robot):
         R = Rotation.random(rng=rng)
         quaternion = R.as_quat(scalar_first=True)
         h, still = 1e-3, np.zeros(3)
-        shaking = Shaking(
+        integrals = StepIntegrals(
             h * np.concatenate([a, turning]),
             np.concatenate([still, omega]),
             np.concatenate([still, R.as_rotvec()]),
         )
-        impulse, _ = BaseMotion().impulse(arm, q, v, BaseMotion().init(), shaking, h)
+        impulse, _ = BaseMotion().impulse(arm, q, v, BaseMotion().init(), integrals, h)
         theirs = oracle.acceleration(
             q, v, np.concatenate([at, quaternion]), np.concatenate([velocity, omega]),
             np.concatenate([R.apply(a), turning]), arm.gravity,

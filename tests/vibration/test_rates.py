@@ -58,7 +58,7 @@ CASES = [
 def test_the_integrals_add_up(excitation, channels, step):
     """W by Y exactly, and U by W: the trapezoid rule is off by its own error only."""
     process = excitation.process(channels, step)
-    assert not any(process.obstacle(channel) for channel in range(channels))
+    assert not any(process.why_no_integrals(channel) for channel in range(channels))
     rng = np.random.default_rng(2)
     steps = 500  # more than the record has
     normals = rng.standard_normal((steps, process.normals))
@@ -83,14 +83,14 @@ def power(filter, frequencies, times):
 def test_the_variances_are_stationary_and_the_density_s(name):
     excitation = ShapedNoise(name)
     (filter,) = excitation.filters
-    process = excitation.process(1, limit(name))
+    sampled = excitation.process(1, limit(name)).filter
     resonances = np.abs(np.linalg.eigvals(filter.A)) / (2 * np.pi)
     exact = [power(filter, resonances, times) for times in (1, 2)]
-    P = process.root @ process.root.T
+    P = sampled.root @ sampled.root.T
     for _ in range(3):
         for _ in range(300):
-            P = process.A @ P @ process.A.T + process.B @ process.B.T
-        found = [(x @ P @ x.T)[0, 0] for x in (process.E, process.F)]
+            P = sampled.A @ P @ sampled.A.T + sampled.B @ sampled.B.T
+        found = [(x @ P @ x.T)[0, 0] for x in (sampled.E, sampled.F)]
         assert found == pytest.approx(exact, rel=QUADRATURE)
 
 
@@ -139,7 +139,7 @@ def test_only_what_has_no_gain_at_rest_is_integrable(size):
     E, integrable = filter.integral()
     np.testing.assert_array_equal(integrable, [False, True])
     np.testing.assert_allclose(E * size, [[0.0, 0.0], [1.0, 0.0]], atol=1e-12)
-    assert all(ShapedNoise(filter).process(2, 1e-3).obstacle(k) for k in (0, 1))
+    assert all(ShapedNoise(filter).process(2, 1e-3).why_no_integrals(k) for k in (0, 1))
 
 
 @pytest.mark.parametrize("size", [[1.0, 1.0, 1.0], [1e-9, 1e9, 1.0], [1e12, 1e-6, 1e3]])
@@ -151,7 +151,7 @@ def test_only_a_double_zero_at_rest_has_both_integrals(size):
     C = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1e-3, 1.0]])
     filter = LinearFilter(A * size[:, None] / size, B * size[:, None], C / size)
     process = ShapedNoise(filter).process(3, 1e-3)
-    assert [process.obstacle(k) == "" for k in range(3)] == [False, True, False]
+    assert [process.why_no_integrals(k) == "" for k in range(3)] == [False, True, False]
     sampled = filter.discretise(1e-3)
     np.testing.assert_allclose(sampled.F[1] * size, [1.0, 0.0, 0.0], atol=1e-9)
 
@@ -173,4 +173,4 @@ def test_a_mixed_filter_has_the_same_integral_in_other_coordinates():
 
 def test_white_noise_and_a_road_have_not_both():
     for excitation in (WhiteNoise(0.1), ShapedNoise((Road("C", 20.0), Road("E", 5.0, TRUCK)))):
-        assert all(excitation.process(2, 1e-3).obstacle(k) for k in (0, 1))
+        assert all(excitation.process(2, 1e-3).why_no_integrals(k) for k in (0, 1))

@@ -13,7 +13,7 @@ from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation
 from ftcfa.vibration.excitations.harmonic import TonesProcess, check_frequency
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
-from ftcfa.vibration.spectra.standards import Specification, several, spectrum_of
+from ftcfa.vibration.spectra.standards import SpectrumLike, several, spectrum_of
 
 NEAR = 1e-9
 """Share of the distance of lines by which an edge of the band may miss one, by rounding."""
@@ -59,7 +59,7 @@ def spectral_lines(spectrum: Spectrum, lines: int) -> SpectralLines:
     return SpectralLines(frequencies[some], np.sqrt(2.0 * powers[some]), 1.0 / distance)
 
 
-def spectra_of(subject: str, axes: Specification | Sequence[Specification]) -> tuple[Spectrum, ...]:
+def spectra_of(subject: str, axes: SpectrumLike | Sequence[SpectrumLike]) -> tuple[Spectrum, ...]:
     """The spectrum of each axis.
 
     Raises:
@@ -90,7 +90,7 @@ class RandomPhase(Excitation):
         ParameterError: If an axis is no spectrum, or ``lines`` no number of lines.
     """
 
-    axes: Annotated[Specification | Sequence[Specification], Check(spectra_of)]
+    axes: Annotated[SpectrumLike | Sequence[SpectrumLike], Check(spectra_of)]
     lines: Annotated[int, Check(counting)] = 200
 
     def __post_init__(self) -> None:

@@ -1,14 +1,15 @@
-"""An accelerometer's record as the excitation, each path from a moment of its own."""
+"""Records of accelerometers as excitations; each path begins at a moment of its own."""
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, check_fields, positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
@@ -18,9 +19,9 @@ from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, Spectrum, subst
 UNRESOLVED = 0.01
 """Share of a record's power that may lie above what the integration step resolves."""
 SWING = 0.5
-"""Largest integral of the integral of a record that may turn a base: more is drift [rad]."""
+"""Largest U, the second integral of a record, that may turn a base; more is drift [rad]."""
 ROUNDING = 1e-9
-"""Of a whole number of steps in a record, relative."""
+"""Relative error within which a record has a whole number of steps."""
 
 
 def check_record(subject: str, record: Any) -> None:
@@ -39,14 +40,14 @@ class RecordedAcceleration(Excitation):
     """A record, detrended and repeated without end.
 
     Attributes:
-        record: From `read_record`, or values of your own in a `Record`; an axis a channel.
+        record: From `read_record`, or values of your own in a `Record`; one axis for each channel.
         random_start: Whether each path begins at a step of its own, keyed by (seed, path).
         high_pass: Frequency f_c below which the repeated record is damped, without delay, by
-            f^4/(f^4 + f_c^4), Butterworth's of second order there and back; None damps nothing.
-            The drift of a gyroscope needs it, or a base that it turns tips over [Hz].
+            f^4/(f^4 + f_c^4), a Butterworth filter of second order run forwards and backwards;
+            None damps nothing. A base that turns needs it where a gyroscope drifts [Hz].
 
     Raises:
-        ParameterError: If the record is none, or the frequency not one that it holds.
+        ParameterError: If ``record`` is no `Record`, or does not resolve ``high_pass``.
     """
 
     record: Annotated[Record, Check(check_record)]
@@ -73,14 +74,14 @@ class RecordedAcceleration(Excitation):
     def process(self, channels: int, step: float) -> "TabulatedProcess":
         """See `Excitation.process`; the last sample is followed by the first.
 
-        The integrals are those of a periodic cubic spline, exact for any step: nothing folds back,
-        and a tone's mean over a step is a sinc smaller as it should be.
+        The integrals are those of a periodic cubic spline, exact for any step: there is no
+        aliasing, and the mean of a tone over a step is smaller by a sinc, as it should be.
 
         Raises:
             ParameterError: If the record is shorter than a step.
 
         Warns:
-            UserWarning: If more than 1 % of an axis's power has fewer than 8 steps a period.
+            UserWarning: If more than 1 % of an axis's power has fewer than 8 steps in a period.
         """
         axes = self.record.values.shape[1]
         if axes != channels:
@@ -101,48 +102,67 @@ class RecordedAcceleration(Excitation):
         return TabulatedProcess(np.diff(integral(ends), axis=0), step, self.random_start)
 
 
+@dataclass(frozen=True, eq=False)
 class TabulatedProcess(Process):
     """Integrals Y of xi over steps, read from rows.
 
-    What repeats must have no mean, or its integral drifts; it is taken away. A row holds Y, and W
-    and U at its start, all of mean zero over the table, shape (3 m,):
+    A row holds Y, and W and U at its start, shape (3 m,). All have mean zero over the table, or
+    the integrals of the repeated table would drift:
 
         W_{k+1} = W_k + Y_k,   U_{k+1} = U_k + h (W_k + Y_k/2)
 
-    Args:
-        integrals: Y, shape (R, m).
+    Attributes:
+        increments: Y, shape (R, m); its mean is removed.
         step: h [s].
-        random_start: Whether each path begins at a row of its own.
+        random: Whether each path begins at a row of its own.
     """
+
+    increments: Array
+    step: float
+    random: bool
 
     normals = 0
 
-    def __init__(self, integrals: Array, step: float, random_start: bool) -> None:
-        Y = integrals - integrals.mean(axis=0)
-        W = _sums_before(Y)
-        U = _sums_before(step * (W + Y / 2.0))
-        self.rows = np.hstack([Y, W, U])
-        self.random_start = random_start
-        self.channels = Y.shape[1]
-        self.swing = np.abs(U).max(axis=0)
+    @property
+    def random_start(self) -> bool:
+        """See `Process.random_start`."""
+        return self.random
 
-    def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
+    @cached_property
+    def rows(self) -> Array:
+        """Y, W and U side by side, shape (R, 3 m)."""
+        Y = self.increments - self.increments.mean(axis=0)
+        W = _sums_before(Y)
+        U = _sums_before(self.step * (W + Y / 2.0))
+        return np.hstack([Y, W, U])
+
+    @property
+    def channels(self) -> int:
+        """Number m of channels."""
+        return int(self.increments.shape[1])
+
+    def advance(
+        self,
+        state: tuple[()],
+        normals: Traceable,  # noqa: ARG002
+        row: Traceable,
+    ) -> tuple[Traceable, tuple[()]]:
         """See `Process.advance`."""
         return row[: self.channels], state
 
-    def obstacle(self, channel: int) -> str:
-        """See `Process.obstacle`: a drift that would turn a base far."""
-        swing = self.swing[channel]
+    def why_no_integrals(self, channel: int) -> str:
+        """See `Process.why_no_integrals`: a drift that would turn a base too far."""
+        swing = np.abs(self.rows[:, 2 * self.channels + channel]).max()
         return "" if swing <= SWING else f"a record that turns the base by up to {swing:.3g} rad"
 
-    def integrals(self, state: tuple[()], row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def integrals(self, state: tuple[()], row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
         """See `Process.integrals`."""
         m = self.channels
         return row[m : 2 * m], row[2 * m :]
 
 
 def _high_passed(record: Record, frequency: float) -> Array:
-    """The repeated record without what lies below a frequency [Hz], shape (samples, axes)."""
+    """The repeated record, damped below a frequency [Hz], shape (samples, axes)."""
     count = len(record.values)
     ratio = np.fft.rfftfreq(count, record.step) / frequency
     gain = ratio**4 / (ratio**4 + 1.0)
@@ -151,13 +171,13 @@ def _high_passed(record: Record, frequency: float) -> Array:
 
 
 def _sums_before(x: Array) -> Array:
-    """Sums of the rows before each row, less their mean, shape of x."""
+    """Sums of the rows above each row, less their mean, shape of x."""
     sums = np.cumsum(x, axis=0) - x
     return sums - sums.mean(axis=0)
 
 
 def _check_resolved(record: Record, step: float) -> None:
-    """Warn of a step too long for a relevant share of a record's power."""
+    """Warn if the step is too long for more than `UNRESOLVED` of a record's power."""
     f, S = signal.periodogram(record.values, 1.0 / record.step, "hann", detrend=False, axis=0)
     powers = np.cumsum(S, axis=0)
     above = 1.0 - powers / np.where(powers[-1] > 0, powers[-1], 1.0)  # share above f, (F, axes)
@@ -171,7 +191,7 @@ def _check_resolved(record: Record, step: float) -> None:
     warnings.warn(
         f"integration step: {1e3 * step:.4g} ms, where {100 * shares[axis]:.0f} % of the power of "
         f"the record's {record.axes[axis]} lies above {limit:.4g} Hz, with fewer than "
-        f"{SAMPLES_PER_PERIOD} steps a period; take substeps={needed} of the period "
+        f"{SAMPLES_PER_PERIOD} steps in a period; take substeps={needed} of the period "
         f"{1e3 * step:.4g} ms, or a shorter period",
         stacklevel=3,
     )

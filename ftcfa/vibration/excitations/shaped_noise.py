@@ -1,4 +1,4 @@
-"""Coloured noise from a specification: white noise through shaping filters, stationary at once."""
+"""Coloured noise with given spectra: white noise through shaping filters, started stationary."""
 
 import warnings
 from collections.abc import Sequence
@@ -7,20 +7,19 @@ from functools import cache, cached_property
 from typing import Annotated
 
 import numpy as np
-from scipy.linalg import block_diag
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.spectra.filter_fit import FilterFit, fit_filter
-from ftcfa.vibration.spectra.linear_filter import LinearFilter, SampledFilter
+from ftcfa.vibration.spectra.linear_filter import LinearFilter, SampledFilter, joined
 from ftcfa.vibration.spectra.road import Road
 from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, Spectrum, check_step
-from ftcfa.vibration.spectra.standards import Specification, several, spectrum_of
+from ftcfa.vibration.spectra.standards import SpectrumLike, several, spectrum_of
 
-Axis = Specification | LinearFilter | Road
-"""What gives noise its colour: a specification to fit, a filter, or a road under a vehicle."""
+Axis = SpectrumLike | LinearFilter | Road
+"""Source of a noise's spectrum: a spectrum to fit, a filter, or a road under a vehicle."""
 
 
 def sources_of(subject: str, axes: Axis | Sequence[Axis]) -> tuple[Spectrum | LinearFilter, ...]:
@@ -43,9 +42,9 @@ class ShapedNoise(Excitation):
     """Gaussian noise with the spectra of linear filters, started stationary.
 
     Attributes:
-        axes: What the channels are, independent of each other: the name of a table of
-            `standards()`, a `Standard`, a `Spectrum` or a `Road`, a channel each; or a
-            `LinearFilter`, whose outputs are as many channels. One alone needs no brackets.
+        axes: Independent sources of the channels. The name of a table of `standards()`, a
+            `Standard`, a `Spectrum` or a `Road` gives one channel; a `LinearFilter` gives one for
+            each of its outputs. A single source needs no brackets.
 
     Raises:
         UnknownNameError: If there is no table of a name; it lists the known ones.
@@ -60,7 +59,7 @@ class ShapedNoise(Excitation):
 
     @classmethod
     def from_psd(cls, *axes: Axis) -> "ShapedNoise":
-        """Independent noise on each axis: the same as ``ShapedNoise(axes)``."""
+        """Independent noise on each axis, the same as ``ShapedNoise(axes)``."""
         return cls(axes)
 
     @cached_property
@@ -70,7 +69,7 @@ class ShapedNoise(Excitation):
 
     @cached_property
     def filters(self) -> tuple[LinearFilter, ...]:
-        """A filter an axis; their outputs side by side are the channels."""
+        """Filters of the axes; their outputs side by side are the channels."""
         fits = iter(self.fits)
         return tuple(
             source if isinstance(source, LinearFilter) else next(fits).filter
@@ -79,10 +78,10 @@ class ShapedNoise(Excitation):
 
     @cached_property
     def fits(self) -> tuple[FilterFit, ...]:
-        """How the filters of specifications were fitted: print them to see how well.
+        """Fits of filters to spectra; the text of each says how good it is.
 
         Warns:
-            UserWarning: If one is not within the tolerance, or only where an edge may be off.
+            UserWarning: If a fit is not within the tolerance, or only if edges may be off.
         """
         fits = tuple(_fitted(source) for source in self._sources if isinstance(source, Spectrum))
         for fit in fits:
@@ -94,7 +93,7 @@ class ShapedNoise(Excitation):
         """See `Excitation.process`; the step must resolve the band of every fitted spectrum.
 
         Warns:
-            UserWarning: If it is too long for a filter or a road; see `is_resolved`.
+            UserWarning: If the step is too long for a filter or a road; see `is_resolved`.
         """
         for source in self._sources:
             if isinstance(source, Spectrum):
@@ -104,56 +103,64 @@ class ShapedNoise(Excitation):
         outputs = sum(shaping.outputs for shaping in self.filters)
         if outputs != channels:
             raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels", EACH)
-        return FilteredProcess(tuple(shaping.discretise(step) for shaping in self.filters))
+        return FilteredProcess(joined([shaping.discretise(step) for shaping in self.filters]))
 
 
+@dataclass(frozen=True, eq=False)
 class FilteredProcess(Process):
-    """Shaping filters over steps of one length, exact in law at the steps' ends.
+    """A shaping filter over steps of one length, exact in law at the ends of the steps.
 
-    Y = C x + D n,   x+ = A x + B n,   x_0 = root n,   W = E x,   U = F x
+    Attributes:
+        filter: The filter; see `SampledFilter` for its equations.
     """
 
-    def __init__(self, filters: tuple[SampledFilter, ...]) -> None:
-        self.A, self.B, self.C, self.D, self.E, self.F, self.root = (
-            block_diag(*(getattr(sampled, name) for sampled in filters))
-            for name in ("A", "B", "C", "D", "E", "F", "root")
-        )
-        self.initial_normals = self.root.shape[1]
-        self.integrable = np.concatenate([sampled.integrable for sampled in filters])
+    filter: SampledFilter
 
     @property
     def normals(self) -> int:
-        """Deviates that drive all filters."""
-        return int(self.B.shape[1])
+        """Number of deviates that drive the filter."""
+        return self.filter.normals
 
-    def init(self, normals: Array) -> Array:
+    @cached_property
+    def initial_normals(self) -> int:
+        """Number of deviates that make a stationary state."""
+        return int(self.filter.root.shape[1])
+
+    def init(self, normals: Traceable) -> Traceable:
         """A stationary state, shape (states,)."""
-        return self.root @ normals
+        return self.filter.root @ normals
 
-    def advance(self, state: Array, normals: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def advance(
+        self,
+        state: Traceable,
+        normals: Traceable,
+        row: Traceable,  # noqa: ARG002
+    ) -> tuple[Traceable, Traceable]:
         """See `Process.advance`."""
-        return self.C @ state + self.D @ normals, self.A @ state + self.B @ normals
+        it = self.filter
+        return it.C @ state + it.D @ normals, it.A @ state + it.B @ normals
 
-    def obstacle(self, channel: int) -> str:
-        """See `Process.obstacle`."""
-        return "" if self.integrable[channel] else "noise whose density does not vanish like f^4"
+    def why_no_integrals(self, channel: int) -> str:
+        """See `Process.why_no_integrals`."""
+        integrable = self.filter.integrable[channel]
+        return "" if integrable else "noise whose density does not vanish like f^4"
 
-    def integrals(self, state: Array, row: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def integrals(self, state: Traceable, row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
         """See `Process.integrals`."""
-        return self.E @ state, self.F @ state
+        return self.filter.E @ state, self.filter.F @ state
 
 
 def is_resolved(shaping: LinearFilter, step: float) -> bool:
-    """Whether steps hold what a filter gives: their means keep 95 % of each output's variance.
+    """Whether the means over steps keep 95 % of the variance of each output of a filter.
 
-    So much, sinc(1/8)^2, they keep of a tone that has eight steps a period.
+    The means keep this share, sinc(1/8)^2, of a tone with eight steps in a period.
     """
     held = np.diag(shaping.discretise(step).covariance(0)) / step**2
     return bool(np.all(held >= np.sinc(1.0 / SAMPLES_PER_PERIOD) ** 2 * shaping.rms() ** 2))
 
 
 def _check_filter(shaping: LinearFilter, step: float) -> None:
-    """Warn of a step too long for a filter, naming substeps, a power of two, that are not."""
+    """Warn if a step is too long for a filter, and name sufficient substeps, a power of two."""
     substeps = 1
     while not is_resolved(shaping, step / substeps):
         substeps *= 2

@@ -1,4 +1,4 @@
-"""Independent excitations on different channels of one noise input."""
+"""Independent excitations for different channels of one noise input."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields, counting
 from ftcfa.errors import ShapeError
-from ftcfa.vibration.excitation import EACH, Excitation, JointProcess, Process, checked_parts
+from ftcfa.vibration.excitation import EACH, Excitation, JointProcess, checked_parts
 
 
 def check_shares(subject: str, channels: int | Sequence[int]) -> None:
@@ -27,10 +27,10 @@ class Stacked(Excitation):
 
     Attributes:
         parts: One excitation or more, in the order of the channels.
-        channels: How many channels each takes; one number is that of every part.
+        channels: Number of channels of each part; a single number holds for all parts.
 
     Raises:
-        ParameterError: If a part is no excitation, or takes no channel.
+        ParameterError: If a part is no excitation, or has no channel.
         ShapeError: If there are not as many numbers as parts.
     """
 
@@ -46,47 +46,47 @@ class Stacked(Excitation):
 
     @property
     def shares(self) -> tuple[int, ...]:
-        """How many channels each part takes."""
+        """Number of channels of each part."""
         if isinstance(self.channels, Sequence):
             return tuple(self.channels)
         return (self.channels,) * len(self.parts)
 
     def process(self, channels: int, step: float) -> "StackedProcess":
-        """See `Excitation.process`; at most one part may read a table."""
+        """See `Excitation.process`; at most one part may have rows."""
         if sum(self.shares) != channels:
             raise ShapeError(
                 "Stacked", f"{sum(self.shares)} channels", f"{channels} channels", EACH
             )
         pairs = zip(self.parts, self.shares, strict=True)
-        return StackedProcess([part.process(m, step) for part, m in pairs], self.shares)
+        return StackedProcess(tuple(part.process(m, step) for part, m in pairs), self.shares)
 
 
+@dataclass(frozen=True, eq=False)
 class StackedProcess(JointProcess):
     """Processes of different channels.
 
-    Args:
+    Attributes:
         parts: The processes.
-        channels: How many channels each has.
+        channels: Number of channels of each.
     """
 
-    def __init__(self, parts: Sequence[Process], channels: Sequence[int]) -> None:
-        super().__init__(parts)
-        self.channels = tuple(channels)
-        self.owners = [(part, k) for part, m in zip(parts, channels, strict=True) for k in range(m)]
+    channels: tuple[int, ...]
 
     def advance(
-        self, state: tuple[Any, ...], normals: Array, row: Array
-    ) -> tuple[Array, tuple[Any, ...]]:
+        self, state: tuple[Any, ...], normals: Traceable, row: Traceable
+    ) -> tuple[Traceable, tuple[Any, ...]]:
         """See `Process.advance`."""
         integrals, after = self.advance_parts(state, normals, row)
         return np.concatenate(integrals), after
 
-    def obstacle(self, channel: int) -> str:
-        """See `Process.obstacle`."""
-        part, own = self.owners[channel]
-        return part.obstacle(own)
+    def why_no_integrals(self, channel: int) -> str:
+        """See `Process.why_no_integrals`."""
+        pairs = zip(self.parts, self.channels, strict=True)
+        owners = [(part, own) for part, count in pairs for own in range(count)]
+        part, own = owners[channel]
+        return part.why_no_integrals(own)
 
-    def integrals(self, state: tuple[Any, ...], row: Array) -> tuple[Array, Array]:
+    def integrals(self, state: tuple[Any, ...], row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
         zeros = [np.zeros(m) for m in self.channels]  # the size of a part without integrals
         rates, angles = self.integrals_of_parts(state, row)

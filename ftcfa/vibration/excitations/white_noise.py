@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, check_fields, numbers
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Parameters, number_fields
@@ -36,14 +36,14 @@ class WhiteNoise(Excitation):
 
         xi dt = Sigma dW,   Sigma Sigma^T = varpi
 
-    Its two-sided spectral density is varpi/(2 pi) per rad/s, as the paper says; the one-sided
+    Its two-sided spectral density is varpi/(2 pi) per rad/s, as the paper states; its one-sided
     density per Hz is 2 varpi.
 
     Attributes:
         intensity: varpi, a number (times the identity), m numbers (a diagonal) or (m, m)
             positive semidefinite [unit of xi squared times s].
-        convention: ``"psd"`` as above; ``"amplitude"`` takes Sigma = varpi, which is what the
-            paper prints in (4).
+        convention: ``"psd"`` as above; ``"amplitude"`` takes Sigma = varpi, as the paper prints
+            in (4).
     """
 
     intensity: Annotated[npt.ArrayLike, Check(check_intensity)] = 0.1
@@ -59,7 +59,7 @@ class WhiteNoise(Excitation):
         return numbers("WhiteNoise intensity", self.intensity)
 
     def amplitude(self, channels: int) -> Array:
-        """Sigma: the symmetric root of varpi, or varpi itself, shape (m, m)."""
+        """Sigma, the symmetric root of varpi or varpi itself, shape (m, m)."""
         varpi = self._varpi
         if varpi.ndim > 0 and varpi.shape[0] != channels:
             raise ShapeError(
@@ -96,13 +96,18 @@ class WhiteProcess(Process):
 
     @property
     def normals(self) -> int:
-        """As many as there are channels."""
+        """Number of deviates in each step: one for each channel."""
         return len(self.sigma)
 
-    def advance(self, state: tuple[()], normals: Array, row: Array) -> tuple[Array, tuple[()]]:  # noqa: ARG002
+    def advance(
+        self,
+        state: tuple[()],
+        normals: Traceable,
+        row: Traceable,  # noqa: ARG002
+    ) -> tuple[Traceable, tuple[()]]:
         """See `Process.advance`."""
         return self.sigma @ normals * np.sqrt(self.step), state
 
-    def obstacle(self, channel: int) -> str:  # noqa: ARG002
-        """See `Process.obstacle`."""
+    def why_no_integrals(self, channel: int) -> str:  # noqa: ARG002
+        """See `Process.why_no_integrals`."""
         return "white noise, whose integral is a random walk"

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, check_fields
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
@@ -31,58 +31,59 @@ def check_some_axis(subject: str, *groups: Sequence[str]) -> None:
         raise ParameterError(subject, ", ".join(map(repr, groups)), EXPECTED_AXES)
 
 
-class Shaking(NamedTuple):
-    """What an excitation does over an integration step, shape (m,) each."""
+class StepIntegrals(NamedTuple):
+    """Integrals of an excitation for one integration step, shape (m,) each."""
 
-    integral: Array
+    increment: Traceable
     """Y, integral of xi over the step."""
-    rate: Array
-    """W, stationary integral of xi, at its start; see `Process.integrals`."""
-    angle: Array
-    """U, stationary integral of W, there."""
+    rate: Traceable
+    """W, stationary integral of xi, at the start of the step; see `Process.integrals`."""
+    angle: Traceable
+    """U, stationary integral of W, at the start of the step."""
 
 
 class NoiseInput(ABC):
-    """Lambda(q): from m channels of excitation to n joint forces.
+    """Matrix Lambda(q) from m channels of excitation to n joint forces.
 
-    One of your own needs `matrix` only; what moves besides, as a base that turns, has a state.
+    A noise input of your own needs `matrix` only. An input with a state, such as a base that
+    turns, defines `init` and `impulse` too.
     """
 
     @abstractmethod
-    def matrix(self, arm: Dynamics, q: Array) -> Array:
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m)."""
 
-    def check(self, process: Process) -> None:  # noqa: B027 (any will do)
-        """Raise ParameterError if an excitation is none for this input."""
+    def check(self, process: Process) -> None:  # noqa: B027 (by default, any is accepted)
+        """Raise ParameterError if this input cannot take an excitation."""
 
     def init(self) -> Any:
-        """The input's state before the first step: arrays in tuples."""
+        """State of the input before the first step: arrays in tuples."""
         return ()
 
     def impulse(
         self,
         arm: Dynamics,
-        q: Array,
-        v: Array,  # noqa: ARG002
+        q: Traceable,
+        v: Traceable,  # noqa: ARG002
         state: Any,
-        shaking: Shaking,
+        integrals: StepIntegrals,
         step: float,  # noqa: ARG002
-    ) -> tuple[Array, Any]:
-        """Joint impulse over one step, Lambda(q) Y, and the input's state at its end.
+    ) -> tuple[Traceable, Any]:
+        """Joint impulse Lambda(q) Y over one step, and the state of the input at its end.
 
         Args:
             arm: The true robot.
             q: Position at the start of the step (Ito), shape (n,) [rad or m].
-            v: Velocity there, shape (n,) [rad/s or m/s].
-            state: The input's state there.
-            shaking: What the excitation does.
+            v: Velocity at the start, shape (n,) [rad/s or m/s].
+            state: State of the input at the start.
+            integrals: Integrals of the excitation.
             step: h [s].
         """
-        return self.matrix(arm, q) @ shaking.integral, state
+        return self.matrix(arm, q) @ integrals.increment, state
 
 
 def noise_input(given: Any) -> NoiseInput:
-    """A noise input itself, or an object with a ``matrix`` like one's.
+    """A noise input as it is, or made of an object with a ``matrix`` method.
 
     Raises:
         ParameterError: If it is neither.
@@ -97,22 +98,22 @@ def noise_input(given: Any) -> NoiseInput:
 
 @dataclass(frozen=True, eq=False)
 class InputFunction(NoiseInput):
-    """A function of a user's own as Lambda(q).
+    """A user's own function as Lambda(q).
 
     Attributes:
         function: (arm, q) -> Lambda(q), shape (n, m), plain NumPy without branches on values.
     """
 
-    function: Callable[[Any, Array], Array]
+    function: Callable[[Any, Traceable], Traceable]
 
-    def matrix(self, arm: Dynamics, q: Array) -> Array:
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m)."""
         return self.function(arm, q)
 
 
 @dataclass(frozen=True, eq=False)
 class BaseAcceleration(NoiseInput):
-    """The base is shaken without turning; xi is its acceleration [m/s^2].
+    """Base that is shaken without turning; xi is its acceleration [m/s^2].
 
         Lambda(q) = -M_qb(q)[linear] = -sum_i m_i J_i(q)^T
 
@@ -120,7 +121,7 @@ class BaseAcceleration(NoiseInput):
     however the base is mounted (`load_arm`'s ``mounting``).
 
     Attributes:
-        axes: The axes that shake, in the order of the channels.
+        axes: Axes of the acceleration, in the order of the channels.
     """
 
     axes: Annotated[Sequence[str], Check(check_axes)] = "xyz"
@@ -129,29 +130,29 @@ class BaseAcceleration(NoiseInput):
         check_fields(self)
         check_some_axis("BaseAcceleration axes", self.axes)
 
-    def matrix(self, arm: Dynamics, q: Array) -> Array:
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m) [kg m or kg]."""
         return -arm.base_coupling(q)[:, columns(self.axes)]
 
 
 @dataclass(frozen=True, eq=False)
 class JointTorque(NoiseInput):
-    """Noise of the motors: xi acts on the joints themselves [N m or N].
+    """Noise of the motors: xi acts on the joints directly [N m or N].
 
         Lambda(q) = columns of the identity
 
     Attributes:
-        joints: Names of the joints, a channel each; all of the arm's by default. One alone needs
-            no brackets.
+        joints: Names of the joints, one for each channel; all joints of the arm by default. A
+            single name needs no brackets.
     """
 
     joints: Sequence[str] | None = None
 
-    def matrix(self, arm: Dynamics, q: Array) -> Array:  # noqa: ARG002
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:  # noqa: ARG002
         """Lambda(q), shape (n, m) [1].
 
         Raises:
-            UnknownNameError: If the arm has no such joint; it lists those it has.
+            UnknownNameError: If the arm has no such joint; it lists the joints of the arm.
         """
         names = arm.joint_names if self.joints is None else self.joints
         names = (names,) if isinstance(names, str) else names
@@ -165,7 +166,7 @@ class JointTorque(NoiseInput):
 
 @dataclass(frozen=True, eq=False)
 class FrameWrench(NoiseInput):
-    """Force [N] and moment [N m] on a link: wind on the forearm, a tool that chatters.
+    """Force [N] and moment [N m] on a link, such as wind on the forearm or a chattering tool.
 
         Lambda(q) = J(q)^T,   J: the frame's Jacobian in world axes, shape (6, n)
 
@@ -184,24 +185,25 @@ class FrameWrench(NoiseInput):
         check_fields(self)
         check_some_axis("FrameWrench force and moment", self.force, self.moment)
 
-    def matrix(self, arm: Dynamics, q: Array) -> Array:
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m) [m, or 1].
 
         Raises:
-            UnknownNameError: If the arm has no such frame; it lists those it has.
+            UnknownNameError: If the arm has no such frame; it lists the frames of the arm.
         """
-        jacobian = ability(arm, "frame_jacobian", "FrameWrench")
+        jacobian = arm_attribute(arm, "frame_jacobian", "FrameWrench")
         return jacobian(self.frame, q).T[:, columns(self.force, self.moment)]
 
 
 @dataclass(frozen=True, eq=False)
 class PaperPendulumInput(NoiseInput):
-    """Lambda(q) of the paper's double pendulum as Section V prints it, in absolute angles.
+    """Lambda(q) of the paper's double pendulum as printed in Section V, in absolute angles.
 
         Lambda = [[-m1 l1 c1 + m2 l1 s1 sin(2D)/2,  -m1 l1 s1 - m2 l1 c1 sin(2D)/2],
                   [ m2 l2 s1 sin 2D,                -m2 l2 c1 sin 2D             ]],   D = q2 - q1
 
-    It is not the physical matrix (`BaseAcceleration("xz")`); kept to reproduce the paper.
+    It differs from the physical matrix, `BaseAcceleration("xz")`, and serves to reproduce the
+    paper.
 
     Attributes:
         m: Masses [kg].
@@ -213,7 +215,7 @@ class PaperPendulumInput(NoiseInput):
 
     varies: ClassVar[Parameters] = number_fields("m", "l")
 
-    def matrix(self, arm: Dynamics, q: Array) -> Array:
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (2, 2) [kg m].
 
         Raises:
@@ -231,11 +233,11 @@ class PaperPendulumInput(NoiseInput):
         return np.stack([np.stack(first), np.stack(second)])
 
 
-def ability(arm: Dynamics, name: str, subject: str) -> Any:
+def arm_attribute(arm: Dynamics, name: str, subject: str) -> Any:
     """A method or quantity that not every arm has.
 
     Raises:
-        ParameterError: If this one has not.
+        ParameterError: If this arm lacks it.
     """
     if not hasattr(arm, name):
         got = f"a {type(arm).__name__} without {name}"
@@ -244,5 +246,5 @@ def ability(arm: Dynamics, name: str, subject: str) -> Any:
 
 
 def columns(linear: Sequence[str], angular: Sequence[str] = "") -> list[int]:
-    """Columns of a six-vector (linear, then angular) for some axes of each."""
+    """Indices of linear and angular axes in a six-vector (linear, then angular)."""
     return [AXES.index(axis) for axis in linear] + [3 + AXES.index(axis) for axis in angular]

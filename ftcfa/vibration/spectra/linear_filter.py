@@ -1,20 +1,21 @@
 """Shaping filters: coloured noise as the output of a linear system driven by white noise."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import expm, matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import block_diag, expm, matrix_balance, solve_continuous_lyapunov
 
 from ftcfa.arrays import Array
 from ftcfa.checks import numbers, positive
 from ftcfa.errors import ParameterError, ShapeError
 
 FIRST_STEP = 0.25
-"""Norm of A times the step at which the matrix exponential is taken; the rest is doubling."""
+"""Norm of A times the step at which the matrix exponential is computed, before doubling."""
 NO_GAIN = 1e-9
-"""Gain at rest, relative to the largest at a resonance, that counts as zero: room for rounding."""
+"""Gain at 0 Hz, relative to the largest at a resonance, that counts as zero despite rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +34,10 @@ class SampledFilter:
         B: Shape (n, r).
         C: Shape (p, n).
         D: Shape (p, r).
-        root: A root of the stationary covariance of x, shape (n, n): x_0 = root n is stationary.
-        E: What gives the stationary integral of y, shape (p, n); see `LinearFilter.integral`.
-        F: What gives the stationary integral of that, shape (p, n).
-        integrable: Which outputs have both, shape (p,).
+        root: Root of the stationary covariance of x, shape (n, n): x_0 = root n is stationary.
+        E: Matrix of the stationary integral W of y, shape (p, n); see `LinearFilter.integral`.
+        F: Matrix of the stationary integral U of W, shape (p, n).
+        integrable: Whether each output has both integrals, shape (p,).
     """
 
     step: float
@@ -51,7 +52,7 @@ class SampledFilter:
 
     @property
     def normals(self) -> int:
-        """r, the number of standard normal deviates a step."""
+        """r, the number of standard normal deviates in each step."""
         return int(self.B.shape[1])
 
     def covariance(self, lag: int) -> Array:
@@ -61,6 +62,16 @@ class SampledFilter:
             return self.C @ P @ self.C.T + self.D @ self.D.T
         cross = self.A @ P @ self.C.T + self.B @ self.D.T  # E[x_{k+1} Y_k^T], (n, p)
         return self.C @ np.linalg.matrix_power(self.A, lag - 1) @ cross
+
+
+def joined(filters: Sequence[SampledFilter]) -> SampledFilter:
+    """Independent filters over the same steps as one, block-diagonal: outputs side by side."""
+    A, B, C, D, root, E, F = (
+        block_diag(*(getattr(one, name) for one in filters))
+        for name in ("A", "B", "C", "D", "root", "E", "F")
+    )
+    integrable = np.concatenate([one.integrable for one in filters])
+    return SampledFilter(filters[0].step, A, B, C, D, root, E, F, integrable)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +154,7 @@ class LinearFilter:
         return np.sqrt(np.einsum("ij,jk,ik->i", self.C, self._covariance, self.C))
 
     def stationary_root(self) -> Array:
-        """R with R R^T = P, shape (n, n): x = R n, n standard normal, is stationary."""
+        """Root R of P = R R^T, shape (n, n): x = R n, n standard normal, is stationary."""
         root = root_of_covariance(self._covariance)
         return np.pad(root, ((0, 0), (0, self.order - root.shape[1])))
 
@@ -152,15 +163,15 @@ class LinearFilter:
         return LinearFilter(self.A, self.B, self.C * factor)
 
     def integral(self) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """The stationary integral W of y, of mean zero, where there is one.
+        """Stationary integral W of each output y that has one, of mean zero.
 
             W = E x,   E = C A^-1,   dW = y dt + E B dw
 
-        An output has one if its gain at rest, H(0) = -E B, is zero beside its gain at the
+        An output has one if its gain at 0 Hz, H(0) = -E B, is zero compared with its gain at the
         frequencies of the poles.
 
         Returns:
-            E, shape (p, n), zero for the other outputs; and which outputs have one, shape (p,).
+            E, shape (p, n), zero for the other outputs; and whether each has one, shape (p,).
         """
         A, B, C, x = self._balanced
         E = np.linalg.solve(A.T, C.T).T
@@ -170,26 +181,27 @@ class LinearFilter:
         return np.where(integrable[:, None], E / x, 0.0), integrable
 
     def discretise(self, step: float) -> SampledFilter:
-        """The filter over steps of length h, the state and the integral of y jointly exact.
+        """Filter over steps of length h: the state and the integral of y are jointly exact in law.
 
         With z = (integral of y, x), dz = F z dt + G dW, F = [[0, C], [0, A]], G = [0; B]:
 
             Phi(h) = e^(F h),   Q(h) = integral over s in [0, h] of Phi(s) G G^T Phi(s)^T
 
-        both from one matrix exponential (Van Loan 1978, IEEE Trans. Automatic Control 23) of a
-        short step, then doubled,
+        Both come from one matrix exponential (Van Loan 1978, IEEE Trans. Automatic Control 23) of
+        a short step, followed by doublings
 
             Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)^T,   Phi(2h) = Phi(h)^2,
 
-        which adds positive terms only and so stays accurate for any h. Where y has a stationary
-        integral E x, Q has E B = D; its root has this to half of the digits, and B is moved to
-        have it to all.
+        which add positive terms only and so stay accurate for any h. Where y has a stationary
+        integral E x, Q implies E B = D. The root of Q meets this to half of the digits, and B is
+        corrected to meet it to all.
 
         Args:
             step: h [s].
 
         Returns:
-            With r <= n + p normals a step, the rank of Q; output k needs the first k of them only.
+            The filter with r <= n + p normals in each step, r the rank of Q; output k needs only
+            the first k of them.
         """
         positive("step", step, "s")
         n, p = self.order, self.outputs
@@ -218,7 +230,7 @@ class LinearFilter:
 
     @cached_property
     def _balanced(self) -> tuple[Array, Array, Array, Array]:
-        """A, B, C with all states of size one, and their sizes x, shape (n,)."""
+        """A, B, C for states scaled to size one, and the sizes x of the states, shape (n,)."""
         x = _nonzero(np.sqrt(np.diag(self._covariance)))
         return self.A * x / x[:, None], self.B / x[:, None], self.C * x, x
 
@@ -231,11 +243,11 @@ class LinearFilter:
 
 
 def root_of_covariance(Q: Array) -> Array:
-    """R with R R^T = Q for a positive semidefinite Q, shape (k, r), r its numerical rank.
+    """Root R of a positive semidefinite Q = R R^T, shape (k, r), r the numerical rank of Q.
 
-    The eigenvalues are taken of the correlation matrix, so that states of very different size
-    are all kept to full relative accuracy. R is lower trapezoidal and its diagonal not negative,
-    as Cholesky's factor is, so that no sign is left to the eigenvectors.
+    The eigenvalues are those of the correlation matrix, so that states of very different size all
+    keep full relative accuracy. R is lower trapezoidal with a diagonal that is not negative, as
+    Cholesky's factor is, so that its signs do not depend on the eigenvectors.
     """
     size = np.sqrt(np.maximum(np.diag(Q), 0.0))  # (k,)
     safe = _nonzero(size)
@@ -247,7 +259,7 @@ def root_of_covariance(Q: Array) -> Array:
 
 
 def _nonzero(sizes: Array) -> Array:
-    """Sizes to divide by: one where they are zero."""
+    """Sizes to divide by, with one in place of zero."""
     return np.where(sizes > 0, sizes, 1.0)
 
 

@@ -14,11 +14,11 @@ one-sided density per hertz:
 
     varpi = 2 pi^2 G_d(n_0) n_0^2 V,   E[z'(t) z'(s)] = varpi delta(t - s)            [m^2/s]
 
-Provenance: the standard's text was not at hand. Exponent, reference frequency and the geometric
-means of the classes (16e-6 m^3 for A, four times as much a class) are those that the open
-literature quotes from it. The standard describes roads from about 0.01 to 10 cycles/m and the model
-continues the line beyond. Longer waves hardly accelerate the vehicle; shorter ones, which a tyre's
-patch bridges, are far above the wheel's resonance.
+Provenance: the text of the standard was not available. The exponent, the reference frequency and
+the geometric means of the classes (16e-6 m^3 for A, four times as much for each next class) are
+quoted from it in the open literature. The standard describes roads from about 0.01 to 10 cycles/m,
+and the model continues the line beyond. Longer waves hardly accelerate the vehicle. Shorter waves,
+which the contact patch of a tyre bridges, are far above the resonance of the wheel.
 """
 
 from dataclasses import dataclass
@@ -69,10 +69,10 @@ class QuarterCar:
         check_fields(self)
 
     def filter(self) -> LinearFilter:
-        """From the road's velocity z_r', white of intensity 1 m^2/s, to the acceleration z_s''.
+        """Filter from the road's velocity z_r', white of intensity 1 m^2/s, to z_s''.
 
-        The states are (z_s - z_u, z_s', z_u - z_r, z_u'): the road enters by its velocity only,
-        and so none of them wanders off as the road's height does.
+        The states are (z_s - z_u, z_s', z_u - z_r, z_u'). The road enters only by its velocity, so
+        no state drifts as the road's height does.
         """
         ms, mu = self.sprung_mass, self.unsprung_mass
         ks, cs, kt = self.suspension_stiffness, self.suspension_damping, self.tyre_stiffness
@@ -91,34 +91,8 @@ PASSENGER_CAR = QuarterCar(250.0, 37.5, 63.3 * 250.0, 6.0 * 250.0, 653.0 * 250.0
 1986; ASTM E1926): k_s/m_s = 63.3 s^-2, k_t/m_s = 653 s^-2, c_s/m_s = 6.0 s^-1, m_u/m_s = 0.15;
 250 kg is a round number. Body 1.2 Hz, wheel 11 Hz."""
 TRUCK = QuarterCar(4500.0, 500.0, 7e5, 2e4, 1.8e6)
-"""One end of a loaded truck's axle, in round numbers of no single source. Body 1.7 Hz, wheel
+"""One end of a loaded truck's axle, in round numbers from no single source. Body 1.7 Hz, wheel
 11 Hz."""
-
-
-def road_roughness(road_class: str) -> float:
-    """G_d(n_0) of a road class [m^3].
-
-    Raises:
-        UnknownNameError: If it is none of A to F.
-    """
-    known_name("ISO 8608 road class", road_class, ROAD_CLASSES)
-    return ROAD_CLASSES[road_class]
-
-
-def road_velocity_intensity(road_class: str, speed: float) -> float:
-    """Intensity of the white velocity of a road's height under a wheel at a speed.
-
-        varpi = 2 pi^2 G_d(n_0) n_0^2 V
-
-    Args:
-        road_class: "A" to "F".
-        speed: V [m/s].
-
-    Returns:
-        varpi [m^2/s].
-    """
-    positive("road speed", speed, "m/s")
-    return 2.0 * np.pi**2 * road_roughness(road_class) * REFERENCE_FREQUENCY**2 * speed
 
 
 def check_road_class(subject: str, name: Any) -> None:
@@ -141,12 +115,12 @@ class Road:
     Attributes:
         road_class: "A" to "F" of ISO 8608.
         speed: V [m/s].
-        vehicle: A quarter-car, or a filter of one's own from the road's velocity, white of
+        vehicle: A quarter-car, or a filter of your own from the road's velocity, white of
             intensity 1 m^2/s, to accelerations.
 
     Raises:
         UnknownNameError: If there is no such class.
-        ParameterError: If the speed or the vehicle is none.
+        ParameterError: If the speed is not above zero, or the vehicle is none.
     """
 
     road_class: Annotated[str, Check(check_road_class)]
@@ -156,8 +130,13 @@ class Road:
     def __post_init__(self) -> None:
         check_fields(self)
 
+    @property
+    def velocity_intensity(self) -> float:
+        """Intensity varpi = 2 pi^2 G_d(n_0) n_0^2 V of the road's white velocity [m^2/s]."""
+        roughness = ROAD_CLASSES[self.road_class]
+        return 2.0 * np.pi**2 * roughness * REFERENCE_FREQUENCY**2 * self.speed
+
     def filter(self) -> LinearFilter:
-        """From white noise of unit intensity to the acceleration of the floor [m/s^2]."""
-        gain = float(np.sqrt(road_velocity_intensity(self.road_class, self.speed)))
-        vehicle = self.vehicle
-        return (vehicle.filter() if isinstance(vehicle, QuarterCar) else vehicle).scaled(gain)
+        """Filter from white noise of unit intensity to the acceleration of the floor [m/s^2]."""
+        vehicle = self.vehicle.filter() if isinstance(self.vehicle, QuarterCar) else self.vehicle
+        return vehicle.scaled(float(np.sqrt(self.velocity_intensity)))

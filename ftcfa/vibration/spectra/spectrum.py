@@ -1,7 +1,7 @@
-"""Acceleration spectra as standards state them: break points, straight lines in log-log.
+"""Acceleration spectra as standards state them: break points joined by straight lines in log-log.
 
-One axis, one-sided, per hertz. Inside the package densities are (m/s^2)^2/Hz; tables are mostly
-printed in g^2/Hz.
+A spectrum is that of one axis, one-sided, per hertz. Densities are in (m/s^2)^2/Hz within the
+package; most standards print them in g^2/Hz.
 """
 
 import math
@@ -19,11 +19,11 @@ from ftcfa.errors import ParameterError
 STANDARD_GRAVITY = 9.80665
 """g0 of the unit g [m/s^2]."""
 PLAUSIBLE_G_RMS = 60.0
-"""Overall level above which a table is taken to be in the wrong unit [g]. Qualification of
-launcher equipment stays below. What is mistaken by the factor of the unit and yet stays below it
-cannot be told: state ``nominal_g_rms`` in a table."""
+"""Overall level above which a table counts as one in the wrong unit [g]. The qualification levels
+of launcher equipment are lower. A table in the wrong unit whose level is still lower is not
+noticed: state ``nominal_g_rms`` in it."""
 SAMPLES_PER_PERIOD = 8
-"""Integration steps that the shortest period of a band must hold."""
+"""Smallest number of integration steps in the shortest period of a band."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +65,11 @@ class Spectrum:
         Args:
             frequencies: f_i, shape (k,) [Hz].
             g2_per_hz: S_i, shape (k,) [g^2/Hz].
-            plausible_g_rms: Overall level above which the unit is doubted [g].
+            plausible_g_rms: Overall level above which the densities are refused, as they are
+                probably not in g^2/Hz [g].
 
         Raises:
-            ParameterError: As the class, or if the overall level is not plausible.
+            ParameterError: For the reasons of the class, or if the level is not plausible.
         """
         positive("Spectrum plausible_g_rms", plausible_g_rms, "g", field="plausible_g_rms")
         f = numbers("Spectrum frequencies", frequencies, field="frequencies")
@@ -119,11 +120,11 @@ class Spectrum:
         return math.sqrt(float(self.power(self.frequencies[-1])))
 
     def g_rms(self) -> float:
-        """The same in the unit of the standards [g]."""
+        """Overall level `rms` in the unit of the standards [g]."""
         return self.rms() / STANDARD_GRAVITY
 
     def scaled(self, factor: float) -> "Spectrum":
-        """The spectrum of the acceleration times a factor: densities times its square."""
+        """Spectrum of the acceleration times a factor: densities times the square of the factor."""
         positive("Spectrum factor", factor)
         return Spectrum(self.frequencies, self.densities * factor**2)
 
@@ -149,7 +150,7 @@ def band_step_limit(spectrum: Spectrum) -> float:
 
 
 def substeps_needed(spectrum: Spectrum, period: float) -> int:
-    """Integration steps that a controller period [s] must be cut into for the band."""
+    """Smallest number of integration steps in a controller period [s] that resolves the band."""
     positive("period", period, "s")
     return math.ceil(period / band_step_limit(spectrum) * (1.0 - 1e-12))  # 0.25 ms of 1 ms is 4
 
@@ -158,9 +159,9 @@ def check_step(spectrum: Spectrum, period: float, substeps: int = 1) -> None:
     """Refuse an integration step that is too long for the band.
 
     Args:
-        spectrum: What shakes.
+        spectrum: Spectrum of the excitation.
         period: Controller period [s].
-        substeps: Integration steps a period.
+        substeps: Integration steps in a period.
 
     Raises:
         ParameterError: Naming the highest frequency, the step and the substeps needed.
@@ -185,7 +186,7 @@ def _check_points(f: Array, S: Array, field: str = "densities") -> None:
         raise ParameterError(
             "Spectrum",
             f"frequencies of shape {f.shape}, densities of shape {S.shape}",
-            "two break points or more, one density a frequency",
+            "two break points or more, one density for each frequency",
             "a single tone is a harmonic excitation, not a spectrum" if f.size == 1 else "",
         )
     for name, values, unit, key in (
@@ -216,6 +217,6 @@ def _check_points(f: Array, S: Array, field: str = "densities") -> None:
 
 _REMEDY = {
     "frequency": "the logarithmic axis has no zero; begin the band above it",
-    "density": "the density is zero outside the band by itself; leave such points out, or check "
-    "the sign: a density is a square",
+    "density": "outside the band the density is zero anyway: leave such points out; or check the "
+    "sign: a density is a square",
 }

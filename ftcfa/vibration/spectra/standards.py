@@ -1,13 +1,13 @@
-"""Vibration specifications by name, and tables of a user's own in the same TOML schema.
+"""Vibration standards by name, and tables of a user's own in the same TOML schema.
 
 [name]
-points = [[10, 0.015], [40, 0.015], [500, 0.00015]]   # [Hz, g^2/Hz], the one key required
+points = [[10, 0.015], [40, 0.015], [500, 0.00015]]   # [Hz, g^2/Hz], the only required key
 unit = "g^2/Hz"                                       # or "(m/s^2)^2/Hz"
-source = "where the table stands"
-verified = "how sure that is"
-nominal_g_rms = 1.04                                  # checked to 5 % where given
-integral_g_rms = 1.043                                # checked to 1 % where given
-plausible_g_rms = 60                                  # above it the unit is doubted
+source = "document that states the table"
+verified = "how far that was checked"
+nominal_g_rms = 1.04                                  # if given, checked to 5 %
+integral_g_rms = 1.043                                # if given, checked to 1 %
+plausible_g_rms = 60                                  # a level above it is refused
 """
 
 import tomllib
@@ -27,7 +27,7 @@ from ftcfa.vibration.spectra.spectrum import PLAUSIBLE_G_RMS, STANDARD_GRAVITY, 
 SHIPPED = Path(__file__).with_name("standards.toml")
 G_UNIT, SI_UNIT = "g^2/Hz", "(m/s^2)^2/Hz"
 LEVEL_TOLERANCE = {"integral_g_rms": 0.01, "nominal_g_rms": 0.05}
-"""Allowed relative difference of the integral; a nominal level is often rounded to two digits."""
+"""Allowed relative difference from the integral; nominal levels often have two digits only."""
 TEXTS = ("unit", "source", "verified")
 LEVELS = ("nominal_g_rms", "integral_g_rms", "plausible_g_rms")
 NOT_STATED = "not stated"
@@ -35,14 +35,14 @@ NOT_STATED = "not stated"
 
 @dataclass(frozen=True, eq=False)
 class Standard:
-    """A vibration specification with its provenance.
+    """A vibration standard: a spectrum with its provenance.
 
     Attributes:
-        name: Its name here.
-        source: The document that states it.
-        verified: How far that was checked; begins with "unverified" where no primary source
-            was seen.
-        nominal_g_rms: The overall level that the specification states, if it does [g].
+        name: Name of its table.
+        source: Document that states it.
+        verified: How far that was checked; begins with "unverified" if no primary source was
+            seen.
+        nominal_g_rms: Overall level that the document states, if it does [g].
         spectrum: The break points.
     """
 
@@ -54,7 +54,7 @@ class Standard:
 
     @property
     def provenance(self) -> str:
-        """Source and how far it was checked; to be shown wherever the table is offered."""
+        """Source and how far it was checked; to be shown wherever the standard is offered."""
         return f"source: {self.source}; verified: {self.verified}"
 
     def __str__(self) -> str:
@@ -62,15 +62,15 @@ class Standard:
 
 
 def standards() -> Mapping[str, Standard]:
-    """The tables that come with the package, by name."""
+    """Standards that come with the package, by name."""
     return _shipped()
 
 
 def standard(name: str) -> Standard:
-    """One of them.
+    """Standard of a name.
 
     Raises:
-        UnknownNameError: If there is none of that name.
+        UnknownNameError: If there is none of that name; it lists the known ones.
     """
     known = standards()
     if name not in known:
@@ -78,15 +78,53 @@ def standard(name: str) -> Standard:
     return known[name]
 
 
-def read_table(file: str | Path) -> Mapping[str, Standard]:
-    """The specifications of a TOML file, by table name.
+SpectrumLike = str | Standard | Spectrum
+"""A spectrum: the name of a table of `standards()`, a `Standard` or a `Spectrum`."""
 
-    Args:
-        file: One TOML table a specification, with the keys above.
+
+def spectrum_of(axis: SpectrumLike) -> Spectrum:
+    """Spectrum of an axis of an excitation.
 
     Raises:
-        ParameterError: Naming file, table and key of what is wrong.
-        UnknownNameError: If a table has a key that means nothing here.
+        UnknownNameError: If there is no standard of a name; it lists the known ones.
+        ParameterError: If the axis is no spectrum.
+    """
+    if isinstance(axis, str):
+        axis = standard(axis)
+    if isinstance(axis, Standard):
+        return axis.spectrum
+    if isinstance(axis, Spectrum):
+        return axis
+    raise ParameterError(
+        "spectrum",
+        repr(axis),
+        "a standard's name, a Standard or a Spectrum",
+        "break points make one: Spectrum.from_g([10, 40, 500], [0.015, 0.015, 0.00015])",
+    )
+
+
+def several(subject: str, axes: Any) -> tuple[Any, ...]:
+    """Axes of an excitation as a tuple; a single one needs no brackets.
+
+    Raises:
+        ParameterError: If there is none.
+    """
+    single = isinstance(axes, str) or not isinstance(axes, Sequence)
+    given = (axes,) if single else tuple(axes)
+    if not given:
+        raise ParameterError(subject, "none", "a spectrum for each axis")
+    return given
+
+
+def read_table(file: str | Path) -> Mapping[str, Standard]:
+    """Standards of a TOML file, by table name.
+
+    Args:
+        file: File with one TOML table for each standard, with the keys above.
+
+    Raises:
+        ParameterError: Naming the file, and the table and key that are wrong.
+        UnknownNameError: If a table has an unknown key.
     """
     path = Path(file)
     try:
@@ -98,7 +136,7 @@ def read_table(file: str | Path) -> Mapping[str, Standard]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(str(path), str(error), "a TOML file") from error
     if not document:
-        raise ParameterError(str(path), "no table", "one TOML table a specification", _EXAMPLE)
+        raise ParameterError(str(path), "no table", "one TOML table for each standard", _EXAMPLE)
     return MappingProxyType({name: _entry(path, name, it) for name, it in document.items()})
 
 
@@ -179,41 +217,3 @@ def _check_level(where: str, key: str, stated: float, level: float, tolerance: f
         f"agreement to {100 * tolerance:g} %",
         remedy,
     )
-
-
-Specification = str | Standard | Spectrum
-"""A specification: the name of a standard's table, the table, or a spectrum."""
-
-
-def spectrum_of(specification: Specification) -> Spectrum:
-    """The spectrum of a specification.
-
-    Raises:
-        UnknownNameError: If there is no table of a name; it lists the known ones.
-        ParameterError: If it is no specification.
-    """
-    if isinstance(specification, str):
-        specification = standard(specification)
-    if isinstance(specification, Standard):
-        return specification.spectrum
-    if isinstance(specification, Spectrum):
-        return specification
-    raise ParameterError(
-        "vibration specification",
-        repr(specification),
-        "a standard's name, a Standard or a Spectrum",
-        "break points make one: Spectrum.from_g([10, 40, 500], [0.015, 0.015, 0.00015])",
-    )
-
-
-def several(subject: str, axes: Any) -> tuple[Any, ...]:
-    """The axes of an excitation as a tuple; a single one needs no brackets.
-
-    Raises:
-        ParameterError: If there is none.
-    """
-    one = isinstance(axes, str) or not isinstance(axes, Sequence)
-    found = (axes,) if one else tuple(axes)
-    if not found:
-        raise ParameterError(subject, "none", "a specification for each axis")
-    return found

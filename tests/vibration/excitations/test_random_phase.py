@@ -143,9 +143,9 @@ def test_it_repeats_after_its_period_and_every_path_has_its_level():
 def test_what_random_phases_refuse():
     with pytest.raises(UnknownNameError, match="gevs_acceptance"):
         RandomPhase("highway")
-    with pytest.raises(ParameterError, match="vibration specification: 3, expected a standard's"):
+    with pytest.raises(ParameterError, match="spectrum: 3, expected a standard's"):
         RandomPhase((TRUCK, 3))
-    with pytest.raises(ParameterError, match="RandomPhase axes: none, expected a specification"):
+    with pytest.raises(ParameterError, match="RandomPhase axes: none, expected a spectrum"):
         RandomPhase(())
     with pytest.raises(ParameterError, match="RandomPhase lines: 0, expected an integer >= 1"):
         RandomPhase(TRUCK, 0)

@@ -67,7 +67,7 @@ def test_power_above_what_the_step_resolves_warns():
     excitation = RecordedAcceleration(record)
     message = (
         r"integration step: 1 ms, where 20 % of the power of the record's y lies above 125 Hz, "
-        r"with fewer than 8 steps a period; take substeps=3 of the period 1 ms, or a shorter"
+        r"with fewer than 8 steps in a period; take substeps=3 of the period 1 ms, or a shorter"
     )
     with pytest.warns(UserWarning, match=message):
         excitation.process(2, 1e-3)

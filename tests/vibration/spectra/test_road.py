@@ -13,8 +13,6 @@ from ftcfa.vibration.spectra.road import (
     TRUCK,
     QuarterCar,
     Road,
-    road_roughness,
-    road_velocity_intensity,
 )
 
 FREQUENCIES = np.geomspace(0.05, 200.0, 300)
@@ -36,7 +34,7 @@ def body_over_road(car, f):
 
 def test_the_classes_are_four_times_apart():
     assert list(ROAD_CLASSES) == list("ABCDEF")
-    assert road_roughness("A") == 16e-6
+    assert ROAD_CLASSES["A"] == 16e-6
     values = list(ROAD_CLASSES.values())
     np.testing.assert_allclose(np.divide(values[1:], values[:-1]), 4.0)
 
@@ -48,7 +46,7 @@ def test_the_velocity_of_a_road_is_white(road_class):
     one_sided = (
         (2 * np.pi * FREQUENCIES) ** 2 * road_density(road_class, FREQUENCIES / speed) / speed
     )
-    np.testing.assert_allclose(one_sided, 2.0 * road_velocity_intensity(road_class, speed))
+    np.testing.assert_allclose(one_sided, 2.0 * Road(road_class, speed).velocity_intensity)
 
 
 @pytest.mark.parametrize("car", [PASSENGER_CAR, TRUCK, QuarterCar(300.0, 40.0, 2e4, 1e3, 2e5)])
@@ -85,7 +83,7 @@ def test_the_level_on_a_good_road_is_a_car_s():
 def test_a_vehicle_of_ones_own():
     own = LinearFilter([[-5.0]], [[1.0]], [[-2.0]])
     f = np.array([0.1, 1.0, 10.0])
-    varpi = road_velocity_intensity("B", 10.0)
+    varpi = Road("B", 10.0).velocity_intensity
     np.testing.assert_allclose(
         Road("B", 10.0, own).filter().density(f)[:, 0],
         2.0 * varpi * 4.0 / (25.0 + (2 * np.pi * f) ** 2),

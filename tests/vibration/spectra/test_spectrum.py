@@ -89,10 +89,10 @@ def test_units_and_level():
         (
             [10, 40],
             [0.1, -0.1],
-            "Spectrum density 2: -0.1, expected a number > 0; the density is zero outside the "
-            "band by itself; leave such points out",
+            "Spectrum density 2: -0.1, expected a number > 0; outside the band the density "
+            "is zero anyway: leave such points out; or check the sign",
         ),
-        ([10, 40], [0.0, 0.1], "Spectrum density 1: 0, expected a number > 0; the density is"),
+        ([10, 40], [0.0, 0.1], "Spectrum density 1: 0, expected a number > 0; outside the band"),
         ([10, 40], [np.nan, 0.1], "Spectrum density 1: nan, expected a number > 0"),
         ([10, 40], [np.inf, 0.1], "Spectrum density 1: inf, expected a number > 0"),
         (
@@ -117,7 +117,7 @@ def test_units_and_level():
             [10],
             [0.1],
             "Spectrum: frequencies of shape (1,), densities of shape (1,), expected two break "
-            "points or more, one density a frequency; a single tone is a harmonic excitation",
+            "points or more, one density for each frequency; a single tone is a harmonic",
         ),
         ([], [], "Spectrum: frequencies of shape (0,), densities of shape (0,), expected two"),
         ([10, 40], [0.1], "Spectrum: frequencies of shape (2,), densities of shape (1,)"),

@@ -106,7 +106,7 @@ def test_a_level_that_is_meant(table):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "{file}: no table, expected one TOML table a specification; such as [floor] with"),
+        ("", "{file}: no table, expected one TOML table for each standard; such as [floor] with"),
         ("points = [[10, 1], [20, 1]]", "{file}: 'points': [[10, 1], [20, 1]], expected a TOML"),
         ("[floor]\nsource = 'x'", "{file}: [floor]: points: missing, expected [[frequency,"),
         ("[floor]\npoints = []", "{file}: [floor]: points: [], expected [[frequency, density]"),
@@ -114,7 +114,7 @@ def test_a_level_that_is_meant(table):
         ("[floor]\npoints = [[10, '1'], [20, 1]]", "{file}: [floor]: points: [[10, '1'], [20, 1]]"),
         (
             "[floor]\npoints = [[10, -1], [20, 1]]",
-            "{file}: [floor]: points: Spectrum density 1: -1, expected a number > 0; the density",
+            "{file}: [floor]: points: Spectrum density 1: -1, expected a number > 0; outside",
         ),
         (
             "[floor]\npoints = [[20, 1], [10, 1]]",
