@@ -1,8 +1,8 @@
 """Parameters of a loop by dotted name, such as ``controller.gains.c1`` or ``arm.inertias``.
 
 A name leads from the loop through the fields of its parts to a parameter that the last part
-declares in its ``varies``. ``process`` is a part of the loop too: what its excitation becomes at
-the loop's integration step.
+declares in its ``varies``. Beside its fields the loop has the part ``process``, the excitation
+over its integration steps.
 """
 
 from collections.abc import Callable, Mapping
@@ -64,7 +64,7 @@ def with_parameters(loop: ClosedLoop, values: Mapping[str, Any]) -> ClosedLoop:
 
 
 def preparation(twin: ClosedLoop, name: str) -> Callable[[Array], Array]:
-    """What turns values of a parameter, shape (paths, ...), into inputs of compiled code.
+    """Function that turns values of a parameter, shape (paths, ...), into inputs of compiled code.
 
     Args:
         twin: The loop's twin for tracing.
@@ -90,7 +90,7 @@ def _unchanged(values: Array) -> Array:
 
 
 def _holder(loop: ClosedLoop, name: str) -> tuple[Any, str]:
-    """The part that declares a parameter, and the parameter's name in that part."""
+    """Part that declares a parameter, and the parameter's name in that part."""
     *words, last = name.split(".")
     part: Any = loop
     above = "loop"
@@ -104,7 +104,7 @@ def _holder(loop: ClosedLoop, name: str) -> tuple[Any, str]:
 
 
 def _parts(part: Any) -> dict[str, Any]:
-    """What a parameter's name can lead through, by name."""
+    """Parts of a part that the name of a parameter can lead through, by name."""
     inside = fields_of(part)
     if isinstance(part, ClosedLoop):
         inside = {name: inside[name] for name in inside if name not in SHARED}
@@ -113,13 +113,13 @@ def _parts(part: Any) -> dict[str, Any]:
 
 
 def _known(part: Any) -> list[str]:
-    """The parameters of a part, and the parts in it that have some."""
+    """Names of the parameters of a part, and of the parts in it that have parameters."""
     inside = [name for name, value in _parts(part).items() if _known(value)]
     return sorted({*parameters_of(part), *inside})
 
 
 def _no_parameter(part: Any, above: str, name: str, word: str) -> Exception:
-    """The error that says why a word of a name leads to no parameter."""
+    """Error that says why a word of a name leads to no parameter."""
     subject, kind, known = f"parameter {name}", type(part).__name__, _known(part)
     if isinstance(part, ClosedLoop) and word in SHARED:
         expected, remedy = "another parameter", "make a loop for each"
@@ -131,7 +131,7 @@ def _no_parameter(part: Any, above: str, name: str, word: str) -> Exception:
     if not known:
         return ParameterError(
             subject,
-            f"a {kind}, which declares no parameters",
+            f"{kind} declares no parameters",
             f"a frozen dataclass that declares {word}",
             f'write varies = number_fields("{word}") into it',
         )
@@ -162,19 +162,30 @@ def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> A
     *words, last = name.split(".")
     for word in words:
         part = getattr(part, word)
-        _check_derived(name, part)
+        _check_can_vary(name, part)
     parameters_of(part)[last].check(part, values)
     return values
 
 
-def _check_derived(name: str, part: Any) -> None:
-    """Refuse to vary a part with attributes that it may have computed when it was made."""
+def _check_can_vary(name: str, part: Any) -> None:
+    """Refuse to vary a part of which no copy can be made with another value.
+
+    Raises:
+        ParameterError: If it is no dataclass or NamedTuple, or has attributes that it may have
+            computed from its fields when it was made.
+    """
+    if not fields_of(part):
+        got, remedy = (
+            f"{type(part).__name__} has no fields",
+            "write @dataclass(frozen=True) above it",
+        )
+        raise ParameterError(f"varied {name}", got, "a frozen dataclass", remedy)
     derived = getattr(part, "__dict__", {}).keys() - fields_of(part).keys() - cached(part)
     if derived:
         raise ParameterError(
             f"varied {name}",
             f"{type(part).__name__} computed {', '.join(sorted(derived))} when it was made",
-            "a part that computes when asked",
+            "a part that computes it when it is needed",
             "make it a cached_property, or make a loop for each value",
         )
 

@@ -361,8 +361,27 @@ class Undeclared(Spring):
 def test_a_part_that_declares_nothing_says_how_to(engine):
     loop = masses(law=Undeclared(k=4.0))
     text = refused(loop, engine, ParameterError, controller__k=np.ones(3))
-    assert "parameter controller.k: a Undeclared, which declares no parameters, expected" in text
+    assert "parameter controller.k: Undeclared declares no parameters, expected a frozen" in text
     assert '; write varies = number_fields("k") into it' in text
+
+
+class Plain:
+    """A user's law that is no dataclass."""
+
+    varies: ClassVar = number_fields("k")
+
+    def __init__(self, k=4.0):
+        self.k = k
+
+    init, step = Spring.init, lambda self, state, q, *_: ({"u": -self.k * q}, state)
+
+
+def test_a_plain_class_runs_but_cannot_vary(engine):
+    loop = masses(law=Plain())
+    assert simulate(loop, 0.01, engine=engine).attrs["engine"] == engine
+    text = refused(loop, engine, ParameterError, controller__k=np.ones(3))
+    assert "varied controller.k: Plain has no fields, expected a frozen dataclass" in text
+    assert "; write @dataclass(frozen=True) above it" in text
 
 
 @pytest.mark.parametrize(

@@ -266,9 +266,12 @@ def _not_traceable(loop: ClosedLoop, error: Exception) -> TracingError:
     where = (users or ours or frames)[-1]
     reason = (str(error) or "no reason given").splitlines()[0]
     remedy = "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math"
-    if not fields_of(loop.controller):
-        kind = type(loop.controller).__name__
-        remedy += f"; if {kind} holds an Arm, make it a frozen dataclass with the Arm in a field"
+    for part in (loop.controller, loop.vibration and loop.vibration.input):
+        if part is not None and not fields_of(part):
+            kind = type(part).__name__
+            remedy += (
+                f"; if {kind} holds an Arm, make it a frozen dataclass with the Arm in a field"
+            )
     return TracingError(
         f"{where.filename}, line {where.lineno}: {where.line}",
         f"cannot be traced ({type(error).__name__}: {reason})",
