@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
+from types import MappingProxyType
 from typing import Any
 
 from cattrs.errors import (
@@ -12,6 +13,7 @@ from cattrs.errors import (
     IterableValidationNote,
 )
 
+from ftcfa.checks import declared
 from ftcfa.description.hints import choices, expected
 from ftcfa.errors import FtcfaError, ParameterError, UnknownNameError
 
@@ -19,6 +21,7 @@ Keys = tuple[str | int, ...]
 """Where something stands: names of tables and a key, and numbers of entries in arrays."""
 MAX_SHOWN = 60
 """Characters of a wrong value that a message shows."""
+NO_UNITS: Mapping[str, str] = MappingProxyType({})
 
 
 class ExperimentError(FtcfaError):
@@ -71,8 +74,10 @@ class Faults:
             for inner in error.exceptions:
                 yield from self.messages(inner, (*keys, *_place(inner)))
         elif isinstance(error, ForbiddenExtraKeysError):
-            known = [field.name for field in fields(error.cl)]
-            yield from (self.unknown_key(key, known, keys) for key in sorted(error.extra_fields))
+            names, checks = [field.name for field in fields(error.cl)], declared(error.cl)
+            units = {name: checks[name][0].unit for name in names if name in checks}
+            for key in sorted(error.extra_fields):
+                yield self.unknown_key(key, names, keys, units)
         elif isinstance(error, KeyError) and (note := _note(error)) is not None:
             table = bool(choices(note.type))
             yield self._fault(keys, "missing", expected(note.type), table=table)
@@ -82,9 +87,11 @@ class Faults:
         elif not isinstance(error, Broken):
             raise error
 
-    def unknown_key(self, key: str, known: Iterable[str], keys: Keys = ()) -> FtcfaError:
+    def unknown_key(
+        self, key: str, known: Iterable[str], keys: Keys = (), units: Mapping[str, str] = NO_UNITS
+    ) -> FtcfaError:
         """The error of a key that no part of this place has."""
-        remedy = did_you_mean(key, known)
+        remedy = did_you_mean(key, known, units)
         if keys and key in self.top:
             remedy = "it belongs at the top, before the first table"
         return self._fault((*keys, key), "unknown key", "" if remedy else one_of(known), remedy)
@@ -156,7 +163,8 @@ def one_of(known: Iterable[Any]) -> str:
     return f"one of: {', '.join(map(str, known))}"
 
 
-def did_you_mean(name: Any, known: Iterable[str]) -> str:
-    """The nearest of the known names, as a remedy; nothing if none is near."""
+def did_you_mean(name: Any, known: Iterable[str], units: Mapping[str, str] = NO_UNITS) -> str:
+    """The nearest of the known names, with its unit, as a remedy; nothing if none is near."""
     near = difflib.get_close_matches(str(name), map(str, known), n=1)
-    return f"did you mean '{near[0]}'?" if near else ""
+    unit = units.get(near[0], "") if near else ""
+    return f"did you mean '{near[0]}'{unit and f' [{unit}]'}?" if near else ""
