@@ -56,10 +56,11 @@ from ftcfa.checks import (
 )
 from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
-from ftcfa.description.write import arms, describe, document, has_path, self_contained
+from ftcfa.description.write import arms, describe, document, self_contained
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.model.urdf.source import has_path
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.summary import QUANTILES
 from ftcfa.study.verification import Specification, Verification, verify

@@ -36,7 +36,7 @@ from ftcfa.description.hints import (
     is_number,
     is_path,
 )
-from ftcfa.description.registry import arguments, make, maker
+from ftcfa.description.registry import arguments, maker
 from ftcfa.description.write import NOT_REBUILDABLE
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -166,8 +166,7 @@ class _Reader:
 
     def table(self, data: dict[str, Any], hint: Any) -> Any:
         """A part, by the name of its type; unknown keys are errors beside those of the rest."""
-        cls = type_of(data, choices(hint))
-        call = maker(cls, data)
+        call = maker(type_of(data, choices(hint)), data)
         shape: Any = call if isinstance(call, type) else arguments(call)
         names = {field.name for field in fields(shape)}
         given = {key: value for key, value in data.items() if key in names}
@@ -178,7 +177,7 @@ class _Reader:
         try:
             made = self.part(given, shape)
             if shape is not call:
-                made = make(cls, {key: getattr(made, key) for key in given})
+                made = call(**{key: getattr(made, key) for key in given})
         except ERRORS as error:
             errors.append(error)
         if errors:

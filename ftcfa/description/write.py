@@ -7,24 +7,20 @@ from functools import cache
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ftcfa.description.hints import choices, element
-from ftcfa.description.registry import make
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
-from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.model.urdf.description import read_urdf
+from ftcfa.model.urdf.source import has_path, is_as_loaded
 
 LARGE = 1_000_000
 """Entries above which results remember an array by its digest; 20 MB as text."""
 NOT_REBUILDABLE = "not_rebuildable"
 """Key under which results say why no loop can be made of what they remember."""
-COMPARED = ("G", "g0", "effort_limit", "damping", "friction", "inertias")
-"""Quantities that must be the same when an Arm is loaded again."""
 
 
 def describe(part: Any, largest: int | None = None) -> Any:
@@ -121,11 +117,6 @@ def arms(data: Any) -> Iterator[dict[str, Any]]:
             yield from arms(value)
 
 
-def has_path(arm: Mapping[str, Any]) -> bool:
-    """Whether an arm is given by the path of its URDF, not by its text or a name we know."""
-    return "urdf" not in arm and arm["robot"] not in catalogue()
-
-
 def _document(loop: ClosedLoop, largest: int | None = None) -> dict[str, Any]:
     data = describe(loop, largest)
     del data["type"]
@@ -182,27 +173,10 @@ def _check_arm(arm: Arm, subject: str) -> None:
     if arm.source is None:
         got = f"{arm!r}, made by hand"
         raise ParameterError(subject, got, "an Arm that load_arm gave")
-    if has_path(arm.source) or arm not in _as_loaded:  # a file may change
-        _as_loaded[arm] = _is_as_loaded(arm)
-    if not _as_loaded[arm]:
+    if not is_as_loaded(arm):
         raise ParameterError(
             subject,
             f"{arm!r}, which is no longer what {arm.source['robot']} gives",
             "an Arm as load_arm gave it",
             "load it again if the file has changed; change it with load_arm's arguments",
         )
-
-
-_as_loaded: WeakKeyDictionary[Arm, bool] = WeakKeyDictionary()
-
-
-def _is_as_loaded(arm: Arm) -> bool:
-    assert arm.source is not None
-    again = make(Arm, arm.source)
-    was, is_now = ([*(getattr(a, key) for key in COMPARED), *_constants(a)] for a in (again, arm))
-    return all(map(np.array_equal, was, is_now))
-
-
-def _constants(arm: Arm) -> tuple[Any, ...]:
-    tree = arm.tree()
-    return tree.parents, tree.rotations, tree.translations, tree.axes, tree.gravity

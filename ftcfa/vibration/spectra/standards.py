@@ -140,6 +140,18 @@ def read_table(file: str | Path) -> Mapping[str, Standard]:
     return MappingProxyType({name: _entry(path, name, it) for name, it in document.items()})
 
 
+def read_standard(file: str | Path, name: str) -> Standard:
+    """The specification of one name in a file such as `read_table` reads.
+
+    Raises:
+        ParameterError, UnknownNameError: If the file is wrong or has no such table.
+    """
+    tables = read_table(file)
+    if name not in tables:
+        raise UnknownNameError(f"{file}: table", name, tables, field="name")
+    return tables[name]
+
+
 @cache
 def _shipped() -> Mapping[str, Standard]:
     return read_table(SHIPPED)
