@@ -338,7 +338,7 @@ def test_seeds_and_paths_give_different_noise(loop):
     assert len(set(ends)) == 9
 
 
-def test_simulations_at_the_same_time_do_not_meet():
+def test_simulations_at_the_same_time_are_independent():
     # Four callers trace, compile and run at once, each another program.
     def one(c2):
         arm = load_arm("double_pendulum")
@@ -454,18 +454,18 @@ def test_a_path_that_diverges_ends_as_interpreted(runaway):
             for engine in ("compiled", "interpreted")
         )
         np.testing.assert_array_equal(ours.diverged_at, theirs.diverged_at)
-        died = np.isfinite(theirs.diverged_at.values)
-        np.testing.assert_array_equal(died, np.array(STIFFNESS) < -50.0)
+        diverged = np.isfinite(theirs.diverged_at.values)
+        np.testing.assert_array_equal(diverged, np.array(STIFFNESS) < -50.0)
         for name in ("q", "v", "u", "ote"):
             np.testing.assert_array_equal(np.isnan(ours[name]), np.isnan(theirs[name]))
             np.testing.assert_allclose(ours[name], theirs[name], rtol=1e-9, atol=1e-9)
-        for path in np.flatnonzero(died):
+        for path in np.flatnonzero(diverged):
             after = ours.time.values >= ours.diverged_at.values[path]
             assert np.isnan(ours.q.values[path, after]).all()
             assert np.isfinite(ours.q.values[path, ~after]).all()
 
 
-def test_its_neighbours_do_not_feel_it(runaway):
+def test_a_diverging_path_leaves_its_neighbours_unchanged(runaway):
     calm = [k if k >= 0 else 2.0 for k in STIFFNESS]
     wild, still = (
         simulate_paths(runaway, 11, 1.5, vary={"controller.k": k}) for k in (STIFFNESS, calm)
@@ -477,7 +477,7 @@ def test_its_neighbours_do_not_feel_it(runaway):
 
 
 @pytest.mark.parametrize("engine", ["compiled", "interpreted"])
-def test_a_path_dead_from_the_start(engine):
+def test_a_path_that_diverges_at_the_start(engine):
     vary = {"q0": [[0.0, 0.0], [2e4, 0.0], [0.0, -1e4], [9e3, 0.0]]}
     result = simulate_paths(masses(), 4, 0.01, vary=vary, engine=engine)
     np.testing.assert_array_equal(result.diverged_at, [np.nan, 0.0, 0.0, np.nan])
@@ -486,7 +486,7 @@ def test_a_path_dead_from_the_start(engine):
 
 
 @pytest.mark.parametrize("engine", ["compiled", "interpreted"])
-def test_a_law_that_computes_nonsense_kills_only_its_path(engine):
+def test_a_law_that_computes_nan_diverges_on_its_path_alone(engine):
     class Root(Spring):
         def step(self, state, q, v, desired, period):  # noqa: ARG002
             return {"u": -np.sqrt(self.k + q)}, state

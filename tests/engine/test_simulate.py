@@ -414,9 +414,9 @@ def test_a_path_that_diverges_is_marked_with_its_time(engine):
     """x = cosh(50 t): x' = 50 sinh(50 t) passes the bound at asinh(bound/50)/50 = 0.12 s."""
     loop = escaping(period=1e-4)
     dataset = simulate(loop, 0.3, signals="all", engine=engine)
-    died = float(dataset.diverged_at)
-    assert died == pytest.approx(math.asinh(DIVERGED / ESCAPE) / ESCAPE, rel=0.01)
-    before = dataset.time < died - 1e-9
+    diverged_at = float(dataset.diverged_at)
+    assert diverged_at == pytest.approx(math.asinh(DIVERGED / ESCAPE) / ESCAPE, rel=0.01)
+    before = dataset.time < diverged_at - 1e-9
     for name in ("q", "v", "u", "u_command"):
         assert np.all(np.isfinite(dataset[name][before]))
         assert np.all(np.isnan(dataset[name][~before]))

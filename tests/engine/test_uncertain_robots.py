@@ -130,9 +130,9 @@ def test_other_parameters_can_vary_too(loop, engine):
 
 
 def test_results_say_what_was_uncertain(loop):
-    told = json.loads(simulate(loop, 0.0).attrs["experiment"])["uncertainty"]
-    told.pop("type", None)  # only where there are several to choose from
-    assert Uncertainty(**told) == UNCERTAINTY
+    document = json.loads(simulate(loop, 0.0).attrs["experiment"])["uncertainty"]
+    document.pop("type", None)  # only where there are several to choose from
+    assert Uncertainty(**document) == UNCERTAINTY
     certain = simulate(replace(loop, uncertainty=None), 0.0)
     assert json.loads(certain.attrs["experiment"]).get("uncertainty") is None
     assert "arm.inertias" not in certain.coords

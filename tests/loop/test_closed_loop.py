@@ -86,7 +86,7 @@ def test_bad_initial_states_are_refused(name, value):
         pendulum_loop(**{name: value})
 
 
-def test_it_starts_at_home_at_rest_unless_told_otherwise():
+def test_it_starts_at_home_at_rest_by_default():
     arm = load_arm("panda")
     loop = ClosedLoop(arm, FTCF(arm), Constant(arm.home))
     state = loop.init(Desired(arm.home, np.zeros(7), np.zeros(7)))
@@ -156,7 +156,7 @@ def test_a_sample_gives_what_was_measured_at_its_start():
     np.testing.assert_array_equal(signals["q_d"], [0.3, 0.2])
 
 
-def test_the_controller_is_told_measurement_reference_and_period_and_nothing_of_the_true_arm():
+def test_the_controller_gets_measurement_reference_and_period_and_nothing_of_the_true_arm():
     seen = []
 
     class Spy(Push):
@@ -168,10 +168,10 @@ def test_the_controller_is_told_measurement_reference_and_period_and_nothing_of_
     heavy = PaperPendulum(m=(6.0, 8.0))
     loop = pendulum_loop(arm=heavy, controller=Spy((0.0, 0.0)), q0=0.4, period=2e-3)
     loop.step(loop.init(desired), desired, np.zeros((1, 0)))
-    (q, v, told, period) = seen[0]
+    (q, v, given, period) = seen[0]
     np.testing.assert_array_equal(q, [0.4, 0.4])
     np.testing.assert_array_equal(v, 0.0)
-    assert told is desired
+    assert given is desired
     assert period == 2e-3
 
 
@@ -224,21 +224,21 @@ def test_a_description_is_plain_data():
         Vibration(BaseAcceleration("xz"), WhiteNoise([[0.1, 0.0], [0.0, 0.2]], "amplitude")),
         q0=[-0.1, 0.25],
     )
-    told = describe(loop)
-    assert told["type"] == "ClosedLoop"
-    assert told["arm"]["type"] == "Arm"
-    assert told["arm"]["robot"] == "double_pendulum"
-    assert told["arm"]["gravity"] == [0.0, 0.0, -9.8]
-    assert told["q0"] == [-0.1, 0.25]
-    assert told["controller"]["gains"]["c2"] == 25.0
-    assert told["controller"]["filter"] == {"type": "ImplicitFilter", "r1": 750.0, "r2": 180.0}
-    assert told["controller"]["nominal"]["m"] == [0.6, 0.8]
-    assert told["reference"]["angular_frequency"] == [1.0, 2.0]
-    assert told["vibration"]["input"] == {"type": "BaseAcceleration", "axes": "xz"}
-    assert told["vibration"]["excitation"]["intensity"] == [[0.1, 0.0], [0.0, 0.2]]
+    document = describe(loop)
+    assert document["type"] == "ClosedLoop"
+    assert document["arm"]["type"] == "Arm"
+    assert document["arm"]["robot"] == "double_pendulum"
+    assert document["arm"]["gravity"] == [0.0, 0.0, -9.8]
+    assert document["q0"] == [-0.1, 0.25]
+    assert document["controller"]["gains"]["c2"] == 25.0
+    assert document["controller"]["filter"] == {"type": "ImplicitFilter", "r1": 750.0, "r2": 180.0}
+    assert document["controller"]["nominal"]["m"] == [0.6, 0.8]
+    assert document["reference"]["angular_frequency"] == [1.0, 2.0]
+    assert document["vibration"]["input"] == {"type": "BaseAcceleration", "axes": "xz"}
+    assert document["vibration"]["excitation"]["intensity"] == [[0.1, 0.0], [0.0, 0.2]]
 
 
-def test_two_perturbed_arms_are_told_apart():
+def test_descriptions_of_two_perturbed_arms_differ():
     arm = load_arm("ur5")
     rng = np.random.default_rng(0)
     first, second = (describe(arm.perturbed(rng)) for _ in range(2))

@@ -203,7 +203,7 @@ def test_everything_at_once(loop, arm, engine):
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_an_amplitude_outlives_a_change_of_its_noise_input(order, engine):
+def test_a_given_amplitude_stays_when_the_noise_input_varies_too(order, engine):
     # A part forgets what it computed from what changes; a given Sigma is not computed.
     plant = PaperPendulum()
     loop = ClosedLoop(
@@ -342,7 +342,7 @@ def test_what_is_no_number_is_refused(loop, engine):
     assert "not given" in refused(quiet, engine, ParameterError, vibration=np.ones(3))
 
 
-def test_what_follows_from_others_is_refused(loop, engine):
+def test_what_is_computed_from_others_is_refused(loop, engine):
     for word in ("n", "moving_mass", "mass_matrix", "joint_names", "gravity"):
         text = refused(loop, engine, ParameterError, **{f"arm__{word}": np.ones(3)})
         assert f"parameter arm.{word}: fixed, or computed from others, expected one of: G, " in text
@@ -442,7 +442,7 @@ def test_limits_and_bodies_that_no_robot_can_have_are_refused(loop, arm, engine)
     assert "inertias of double_pendulum: a pseudo-inertia with the eigenvalue -" in text
 
 
-def test_a_number_that_nothing_computes_with_is_refused(loop):
+def test_a_parameter_without_effect_is_refused(loop):
     text = refused(loop, "compiled", ParameterError, arm__home=np.ones((3, 2)))
     assert "varied arm.home: no effect on the motion" in text
 

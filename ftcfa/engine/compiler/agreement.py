@@ -145,7 +145,7 @@ def _difference(got: Array, expected: Array) -> float:
 def _author(loop: ClosedLoop, name: str) -> str:
     """Author of a quantity for a message: file and line of the law, or the plant's type."""
     if name == MOTION:
-        return f"{type(loop.arm).__name__} and what shakes it"
+        return f"{type(loop.arm).__name__} and its vibration"
     law = getattr(type(loop.controller), "init" if name == START else "step", None)
     code = getattr(law, "__code__", None)
     where = f"{code.co_filename}, line {code.co_firstlineno}: " if code else ""

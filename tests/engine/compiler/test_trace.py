@@ -91,7 +91,7 @@ class Asserting(Law):
         (Asserting, "AssertionError"),
     ],
 )
-def test_a_law_that_cannot_be_traced_runs_interpreted_and_is_told_where(law, reason):
+def test_a_law_that_cannot_be_traced_runs_interpreted_with_the_line_in_a_warning(law, reason):
     loop = masses(law=law(), period=0.01)
     with pytest.warns(UserWarning, match="running interpreted") as caught:
         result = simulate(loop, 0.1)
@@ -118,7 +118,7 @@ class PlainLaw(Law):
         return self.arm.potential_force(q) - v
 
 
-def test_a_law_that_hides_its_arm_runs_interpreted_and_is_told_what_to_do():
+def test_a_law_that_hides_its_arm_runs_interpreted_with_the_remedy_in_a_warning():
     arm = load_arm("double_pendulum")
     loop = shaken(arm, "xz", controller=PlainLaw(arm))
     with pytest.warns(UserWarning, match="running interpreted") as caught:
@@ -184,7 +184,7 @@ class Guarded(Law):
         (Guarded, "traced, it differs from the loop's own by"),
     ],
 )
-def test_a_law_that_tracing_would_get_wrong_is_found_out(law, reason):
+def test_a_law_that_tracing_would_get_wrong_runs_interpreted(law, reason):
     with pytest.warns(UserWarning, match="running interpreted") as caught:
         result = simulate(masses(law=law(), v0=[0.1, 0.2], period=0.01), 0.1)
     assert len(caught) == 1
@@ -249,7 +249,7 @@ class SelfReference(Spring):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("law", [NoState(2.0, 1.0), SelfReference()])
-def test_odd_but_honest_laws_are_compiled(law):
+def test_unusual_laws_are_compiled(law):
     assert simulate(masses(law=law), 0.01).attrs["engine"] == "compiled"
 
 
@@ -436,20 +436,23 @@ def test_a_law_whose_gains_were_changed_is_traced_anew():
         np.testing.assert_allclose(result.u, expected, rtol=10 * AGREEMENT)
 
 
-def test_nothing_keeps_a_loop_or_an_arm_alive():
+def test_nothing_keeps_a_loop_or_an_arm_in_memory():
     loop = pendulum()
     simulate_paths(loop, 3, 0.01, vary={"arm.inertias": np.array([loop.arm.inertias] * 3)})
     law = masses(law=Branching())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         simulate(law, 0.01)
-    alive = [weakref.ref(x) for x in (loop, loop.arm, loop.controller, law, law.arm)]
-    del loop, law
+    plain = masses(law=Spring(1.0))
+    simulate_paths(plain, 2, 0.01, vary={"q0": np.ones((2, 2)), "controller.k": [1.0, 2.0]})
+    loops = (loop, loop.arm, loop.controller, law, law.arm, plain, plain.arm)
+    references = [weakref.ref(x) for x in loops]
+    del loop, law, plain, loops
     gc.collect()
-    assert [ref() for ref in alive] == [None] * len(alive)
+    assert [ref() for ref in references] == [None] * len(references)
 
 
-def test_tracing_gives_what_was_asked_for():
+def test_tracing_gives_the_requested_signals():
     loop = ClosedLoop(load_arm("double_pendulum"), PI(), Sinusoid([0.1, 0.2]), substeps=2)
     traced = trace(loop, ["corner", "energy", "q"])
     assert traced.signals == (("corner", (2, 2)), ("energy", ()), ("q", (2,)))

@@ -202,7 +202,7 @@ def test_the_unchosen_side_of_where_may_be_anything(target):
 
 
 @pytest.mark.parametrize("name", [*ONE, *TWO])
-def test_a_lane_does_not_feel_its_neighbours(name):
+def test_a_lane_is_independent_of_its_neighbours(name):
     function, arity = (ONE[name], 1) if name in ONE else (TWO[name], 2)
     evaluate = lowered(function, arity, host_target())
     lanes, rng = host_target().lanes, np.random.default_rng(3)
