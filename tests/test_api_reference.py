@@ -11,7 +11,7 @@ pdoc = pytest.importorskip("pdoc", reason="the extra 'dev' has it")
 
 @pytest.mark.filterwarnings("error")
 def test_the_reference_has_every_public_name(tmp_path):
-    pdoc.render.configure(docformat="google")
+    pdoc.render.configure(docformat="google", show_source=False)
     pdoc.pdoc("ftcfa", output_directory=tmp_path)
     page = (tmp_path / "ftcfa.html").read_text()
     shown = re.findall(r'<section id="([^".]+)">', page)

@@ -99,7 +99,8 @@ def test_help_of_a_command(capsys, monkeypatch, name) -> None:
     for option in get_command(app).commands[name].params:
         assert option.help.endswith(".")
         assert option.help.split()[0] in text
-        assert (option.opts[-1] if option.opts[-1].startswith("--") else option.metavar) in text
+        is_argument = option.param_type_name == "argument"
+        assert (option.metavar or option.name if is_argument else option.opts[-1]) in text
 
 
 def test_inspect_shows_an_arm(capsys) -> None:

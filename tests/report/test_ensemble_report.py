@@ -1,4 +1,4 @@
-"""An ensemble and a verification as files, figure and table: what they say, with paths that die."""
+"""An ensemble and a verification as files, figure and table: also with diverged paths."""
 
 import io
 import json
@@ -32,7 +32,8 @@ from ftcfa.report.verification import print_verification, verification_record
 
 ARM = load_arm("double_pendulum")
 PATHS, DURATION = 60, 0.7
-ASKED = 100
+REQUESTED = 100
+TITLE = "a $ of $ [b]"
 
 
 def shaken(controller, reference, intensity, **start):
@@ -51,7 +52,7 @@ class NoLaw:
 
 
 SOUND = shaken(FTCF(ARM), Sinusoid((1.5, 1.0), (1.0, 2.0)), 0.1, q0=(-0.1, 0.25), v0=(-0.3, 0.45))
-DYING = shaken(NoLaw(), Constant([0.0, 0.0]), 1e7)
+DIVERGING = shaken(NoLaw(), Constant([0.0, 0.0]), 1e7)
 """Some of its paths diverge."""
 
 
@@ -61,18 +62,18 @@ def sound():
 
 
 @pytest.fixture(scope="module")
-def dying():
-    return ensemble(DYING, PATHS, 0.3, seed=1)
+def diverging():
+    return ensemble(DIVERGING, PATHS, 0.3, seed=1)
 
 
-@pytest.fixture(scope="module", params=["sound", "dying"])
+@pytest.fixture(scope="module", params=["sound", "diverging"])
 def either(request):
     return request.getfixturevalue(request.param)
 
 
 @pytest.fixture(scope="module")
 def files(either):
-    return ensemble_files(either, ensemble_record(either, ASKED), ARM.effort_limit, "a $ of $ [b]")
+    return ensemble_files(either, ensemble_record(either, REQUESTED), ARM.effort_limit, TITLE)
 
 
 def printed(function, record, width):
@@ -83,8 +84,8 @@ def printed(function, record, width):
 
 def test_files_are_the_dataset_the_record_and_the_figure(either, files):
     assert sorted(files) == ["ensemble.nc", "ensemble.png", "ensemble.svg", "summary.json"]
-    assert json.loads(files["summary.json"]) == ensemble_record(either, ASKED)
-    again = ensemble_files(either, ensemble_record(either, ASKED), ARM.effort_limit, "a $ of $ [b]")
+    assert json.loads(files["summary.json"]) == ensemble_record(either, REQUESTED)
+    again = ensemble_files(either, ensemble_record(either, REQUESTED), ARM.effort_limit, TITLE)
     assert again == files
 
 
@@ -121,11 +122,11 @@ def words_of(svg):
 
 def test_the_figure_says_what_is_drawn(either, files):
     text = words_of(files["ensemble.svg"])
-    dead = either.attrs["diverged"]
-    told = f"{dead} of them diverged" if dead else "none diverged"
+    diverged = either.attrs["diverged"]
+    expected_note = f"{diverged} of them diverged" if diverged else "none diverged"
     for expected in (
         "a $ of $ [b]",
-        f"60 paths of seed {either.attrs['seed']}, {told}",
+        f"60 paths of seed {either.attrs['seed']}, {expected_note}",
         "[rad²]",
         "[rad]",
         "[N m]",
@@ -139,9 +140,9 @@ def test_the_figure_says_what_is_drawn(either, files):
         "95 % confidence at each single time",
     ):
         assert "".join(expected.split()) in text
-    if dead:
+    if diverged:
         assert "notdiverged" in text
-        assert f"{dead}divergedandneversettle" in text
+        assert f"{diverged}divergedandneversettle" in text
     assert (f"{settling(either).censored}notby" in text) == (settling(either).censored > 0)
 
 
@@ -164,11 +165,11 @@ def test_the_figure_draws_the_data(sound):
         assert value == pytest.approx(np.mean(times <= t) if t > 0 else 0.0)
 
 
-def test_the_mean_of_all_ends_where_the_first_path_dies(dying):
-    square = ensemble_figure(dying, ARM.effort_limit, "t").axes[0]
+def test_the_mean_of_all_ends_where_the_first_path_diverges(diverging):
+    square = ensemble_figure(diverging, ARM.effort_limit, "t").axes[0]
     others, everyone = (line.get_ydata() for line in square.get_lines()[:2])
-    first = np.nanmin(dying.diverged_at)
-    assert np.all(np.isnan(everyone[dying.time.values >= first]))
+    first = np.nanmin(diverging.diverged_at)
+    assert np.all(np.isnan(everyone[diverging.time.values >= first]))
     assert np.all(np.isfinite(others[1:]))
 
 
@@ -186,8 +187,8 @@ def test_one_path_alone_can_be_drawn_and_told():
 
 
 def test_record_against_scipy(sound):
-    record = ensemble_record(sound, ASKED)
-    assert (record["paths"], record["requested"], record["seed"]) == (PATHS, ASKED, 2)
+    record = ensemble_record(sound, REQUESTED)
+    assert (record["paths"], record["requested"], record["seed"]) == (PATHS, REQUESTED, 2)
     exact = stats.binomtest(0, PATHS).proportion_ci(method="exact")
     assert record["diverged"]["count"] == 0
     assert record["diverged"]["share"]["high"] == pytest.approx(exact.high)
@@ -206,29 +207,29 @@ def test_record_against_scipy(sound):
     assert [row["unit"] for row in record["metrics"][-3:]] == ["N m/s", "N m/s", "J"]
 
 
-def test_record_of_the_dead(dying):
-    record = ensemble_record(dying, PATHS)
-    dead = np.flatnonzero(np.isfinite(dying.diverged_at.values))
-    assert 0 < len(dead) < PATHS
-    assert record["diverged"]["count"] == len(dead)
-    assert record["diverged"]["first_paths"] == dead[:10].tolist()
+def test_record_with_diverged_paths(diverging):
+    record = ensemble_record(diverging, PATHS)
+    diverged = np.flatnonzero(np.isfinite(diverging.diverged_at.values))
+    assert 0 < len(diverged) < PATHS
+    assert record["diverged"]["count"] == len(diverged)
+    assert record["diverged"]["first_paths"] == diverged[:10].tolist()
     assert record["mean_square_error"]["estimate"] is None
-    alive = dying.ote_mean_square_not_diverged.values[0, -1]
-    assert record["mean_square_error"]["not_diverged"]["estimate"] == alive
+    others = diverging.ote_mean_square_not_diverged.values[0, -1]
+    assert record["mean_square_error"]["not_diverged"]["estimate"] == others
     assert record["practical_settling"]["time"] is None
     energy = record["metrics"][-1]
-    assert (energy["metric"], energy["without"]) == ("energy", len(dead))
-    assert energy["95 %"]["estimate"] is None  # the dead are the worst of all
+    assert (energy["metric"], energy["without"]) == ("energy", len(diverged))
+    assert energy["95 %"]["estimate"] is None  # diverged paths are the worst of all
     json.dumps(record, allow_nan=False)
 
 
 @pytest.mark.parametrize("width", [80, 120])
 def test_what_is_printed(either, width):
-    record = ensemble_record(either, ASKED)
+    record = ensemble_record(either, REQUESTED)
     text = printed(print_ensemble, record, width)
     assert all(len(line) <= width for line in text.splitlines())
     words = " ".join(text.split())
-    dead = record["diverged"]
+    diverged = record["diverged"]
     for expected in (
         "interrupted, 100 were requested",
         "Definition 1 the 97.5 % upper bound of E|z1|^2",
@@ -238,8 +239,8 @@ def test_what_is_printed(either, width):
         "settling time 5 %: ",
     ):
         assert expected in words
-    if dead["count"]:
-        assert f"paths {', '.join(map(str, dead['first_paths']))}, ..." in words
+    if diverged["count"]:
+        assert f"paths {', '.join(map(str, diverged['first_paths']))}, ..." in words
         assert "later than 0.3 s" in words
         assert "not diverged" in words
 
@@ -258,16 +259,16 @@ def verifications():
 
 @pytest.mark.parametrize("answer", ["yes", "no", "undecided"])
 def test_a_verification_as_a_record_and_in_words(verifications, answer):
-    found = verifications[answer]
-    record = verification_record(found, "dir/e.toml", DURATION)
+    verification = verifications[answer]
+    record = verification_record(verification, "dir/e.toml", DURATION)
     assert json.loads(json.dumps(record, allow_nan=False)) == record
-    assert (record["answer"], found.answer) == (answer, answer)
+    assert (record["answer"], verification.answer) == (answer, answer)
     text = printed(print_verification, record, 80)
     assert text.splitlines()[0] == answer
-    assert f"{found.verdict.successes} of {found.verdict.trials} paths" in text
-    assert ("worst paths" in text) == bool(found.worst)
-    if found.worst:
-        worst = found.worst[0]
+    assert f"{verification.verdict.successes} of {verification.verdict.trials} paths" in text
+    assert ("worst paths" in text) == bool(verification.worst)
+    if verification.worst:
+        worst = verification.worst[0]
         assert f"path {worst.path}: {worst.reason}" in text
         replay = (
             f"ftcfa.simulate(ftcfa.load_experiment('dir/e.toml').loop, {DURATION}, seed=0, "

@@ -92,12 +92,12 @@ def test_overall_error_has_a_linear_and_a_log_axis(figures) -> None:
 @pytest.mark.filterwarnings("error")
 def test_a_diverged_path_can_be_drawn(paths) -> None:
     path = paths[QUICK_CASES[0]]
-    dead = path.where(path["time"] <= 0.05)
+    diverged = path.where(path["time"] <= 0.05)
     for figure in (
-        tracking(dead, "title", "note"),
-        torque(dead, np.array([15.0, 15.0]), "title", "note"),
-        overall_error({"dead": dead, "alive": path}, 0.05, "title", "note"),
-        filters({"dead": dead, "alive": path}, "elbow", 15.0, "title", "note"),
+        tracking(diverged, "title", "note"),
+        torque(diverged, np.array([15.0, 15.0]), "title", "note"),
+        overall_error({"diverged": diverged, "whole": path}, 0.05, "title", "note"),
+        filters({"diverged": diverged, "whole": path}, "elbow", 15.0, "title", "note"),
     ):
         figure.draw_without_rendering()
 

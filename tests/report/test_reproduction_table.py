@@ -65,8 +65,8 @@ def test_the_whole_table_fits(paths, width) -> None:
 
 def test_a_diverged_path_shows_its_time(paths) -> None:
     case, path = next(iter(paths.items()))
-    dead = path.where(path["time"] < 0.03).assign(diverged_at=((), 0.03))
-    text = table(summary_record({case: dead}, DURATION, quick=True), 80)
+    diverged = path.where(path["time"] < 0.03).assign(diverged_at=((), 0.03))
+    text = table(summary_record({case: diverged}, DURATION, quick=True), 80)
     assert "diverged" in text
     assert " 0.03 " in text
-    assert np.isnan(dead["ote"][-1])
+    assert np.isnan(diverged["ote"][-1])
