@@ -17,7 +17,7 @@ from ftcfa import (
     simulate,
 )
 from ftcfa.control.filters import FILTERS
-from ftcfa.control.protocol import Desired, quantities
+from ftcfa.control.protocol import Desired, MemorylessLaw, quantities
 from ftcfa.engine.compiler.agreement import check_pure
 from ftcfa.engine.compiler.flatten import leaves
 from ftcfa.loop.closed_loop import LOOP_QUANTITIES, LoopState, Motion
@@ -109,6 +109,21 @@ def test_every_signal_has_a_unit_and_a_meaning(loop):
     assert all(run[name].units and run[name].long_name for name in signals)
     if "prismatic" in loop.arm.joint_types:
         assert all("prismatic joints" in run[k].units for k in signals if "joint" in run[k].dims)
+
+
+class Spring(MemorylessLaw):
+    """A user's law that lists no quantities."""
+
+    def step(self, state, q, v, desired, period):  # noqa: ARG002
+        return {"u": desired.q - q, "stretch": q - desired.q}, state
+
+
+def test_a_signal_that_its_law_does_not_list_has_its_name_and_no_unit():
+    arm = load_arm("double_pendulum")
+    loop = ClosedLoop(arm, Spring(), Sinusoid(offset=arm.home))
+    run = simulate(loop, DURATION, signals="all")
+    assert (run.stretch.units, run.stretch.long_name) == ("", "stretch")
+    assert run.u_command.units == "N m"
 
 
 def test_its_state_keeps_its_shape_and_hides_nothing(loop):
