@@ -8,7 +8,7 @@ class FtcfaError(Exception):
 
     Args:
         subject: What is wrong, such as ``arm.urdf: link 'forearm'``.
-        got: What was found there.
+        got: What stands there.
         expected: What should stand there.
         remedy: What the user can do about it.
         field: Name of the constructor's argument that is at fault, if it is one of them; dotted if

@@ -47,8 +47,8 @@ def test_a_file_says_what_python_says():
     assert numbers == (5, 20, 2, 0.05)
     assert (experiment.tolerance, experiment.after, experiment.chunk) == (0.04, 0.01, 8)
     assert experiment.quantiles == (0.1, 0.5)
-    asked = Specification(0.3, 0.02, [150, 150, 150, 28, 28, 28], share=0.9)
-    assert dataclasses.astuple(experiment.specification) == dataclasses.astuple(asked)
+    specification = Specification(0.3, 0.02, [150, 150, 150, 28, 28, 28], share=0.9)
+    assert dataclasses.astuple(experiment.specification) == dataclasses.astuple(specification)
     assert same_bits(experiment, simulate(built, 0.05, seed=5))
 
 
@@ -63,10 +63,14 @@ def test_run_is_the_ensemble_that_the_file_says():
 
 def test_verify_asks_what_the_file_says():
     experiment = Experiment.from_text(FILE)
-    found = experiment.verify(threads=1)
+    verification = experiment.verify(threads=1)
     again = verify(experiment.loop, experiment.specification, 0.05, seed=5)
-    assert found.specification is experiment.specification
-    assert (found.answer, found.verdict, found.seed) == (again.answer, again.verdict, 5)
+    assert verification.specification is experiment.specification
+    assert (verification.answer, verification.verdict, verification.seed) == (
+        again.answer,
+        again.verdict,
+        5,
+    )
 
 
 def test_without_a_specification_there_is_nothing_to_verify():
@@ -79,13 +83,13 @@ def test_without_a_specification_there_is_nothing_to_verify():
 
 
 def test_what_an_experiment_says_of_its_ensemble_comes_back():
-    asked = Specification(THIRD, 0.5, torque_rate=[1.0, THIRD], budget=7)
-    written = Experiment(loop(), 1.0, 3, 9, 2, THIRD, 0.25, (THIRD, 0.5), 7, asked)
+    specification = Specification(THIRD, 0.5, torque_rate=[1.0, THIRD], budget=7)
+    written = Experiment(loop(), 1.0, 3, 9, 2, THIRD, 0.25, (THIRD, 0.5), 7, specification)
     again = Experiment.from_text(written.to_text())
     assert "type" not in written.to_text().split("[specification]")[1].split("[")[0]
     for name in ("seed", "paths", "record_every", "tolerance", "after", "quantiles", "chunk"):
         assert getattr(again, name) == getattr(written, name)
-    assert dataclasses.astuple(again.specification) == dataclasses.astuple(asked)
+    assert dataclasses.astuple(again.specification) == dataclasses.astuple(specification)
     assert (
         again.digest == written.digest == Experiment.from_description(written.description()).digest
     )
@@ -186,13 +190,13 @@ def test_the_digest_is_stable_across_processes(tmp_path):
     (tmp_path / "e.toml").write_text(FILE)
     code = "import ftcfa, sys; print(ftcfa.load_experiment(sys.argv[1]).digest)"
     command = [sys.executable, "-c", code, str(tmp_path / "e.toml")]
-    told = [
+    digests = [
         subprocess.run(
             command, capture_output=True, text=True, check=True, env={"PYTHONHASHSEED": s}
         )
         for s in ("1", "2")
     ]
-    assert [one.stdout.strip() for one in told] == [Experiment.from_text(FILE).digest] * 2
+    assert [one.stdout.strip() for one in digests] == [Experiment.from_text(FILE).digest] * 2
 
 
 def test_the_digest_of_a_large_seed_is_its_own():
@@ -218,7 +222,7 @@ def test_saving_is_whole_or_not_at_all(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "message"),
     [
         ((None, 1.0), "Experiment loop: a NoneType, expected a ClosedLoop"),
         ((loop(), np.nan), "Experiment duration: nan, expected a number >= 0 [s]"),
@@ -235,7 +239,7 @@ def test_saving_is_whole_or_not_at_all(tmp_path, monkeypatch):
         ),
     ],
 )
-def test_an_experiment_checks_its_numbers(values, told):
+def test_an_experiment_checks_its_numbers(values, message):
     with pytest.raises(ParameterError) as caught:
         Experiment(*values)
-    assert str(caught.value) == told
+    assert str(caught.value) == message

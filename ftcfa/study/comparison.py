@@ -53,7 +53,8 @@ def compare(
         diverged counts as the worst; ``difference``, the mean difference from the first loop over
         the pairs of paths of which neither diverged; ``significant``, whether its interval
         excludes zero; ``settled`` and ``diverged``, numbers of paths; ``values`` of every path;
-        and ``differs``, the parameters in which a loop differs from the first.
+        ``experiment``, the description of each loop as in the attributes of `ensemble`; and
+        ``differs``, the parameters in which a loop differs from the first.
 
     Raises:
         ParameterError: If there are fewer than two loops, or their joints differ.
@@ -108,6 +109,7 @@ def _comparison(
     return (
         _statistics(np.array(values), confidence)
         .assign(differs=("loop", differs))
+        .assign(experiment=("loop", [run.attrs["experiment"] for run in runs.values()]))
         .assign_coords(loop=list(runs), path=run["path"])
         .assign_attrs({name: run.attrs[name] for name in copied})
     )

@@ -42,7 +42,7 @@ def test_a_broken_file_gives_all_its_faults(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"a = [1,\n\nb", "e.toml: not TOML: Invalid value (at line 3, column 1)"),
         (b"a = 1\na = 2\n", "e.toml: not TOML: Cannot overwrite a value (at line 2, column 6)"),
@@ -50,17 +50,17 @@ def test_a_broken_file_gives_all_its_faults(name, tmp_path, monkeypatch):
         (None, "e.toml: no such file or directory, expected a readable TOML file"),
     ],
 )
-def test_a_file_that_is_no_toml(content, told, tmp_path, monkeypatch):
+def test_a_file_that_is_no_toml(content, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     if content is not None:
         Path("e.toml").write_bytes(content)
     with pytest.raises(ExperimentError) as caught:
         load_experiment("e.toml")
-    assert str(caught.value) == told
+    assert str(caught.value) == message
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("{", "description: not JSON: Expecting property name enclosed in double quotes: "
               "line 1 column 2 (char 1)"),
@@ -68,10 +68,10 @@ def test_a_file_that_is_no_toml(content, told, tmp_path, monkeypatch):
         ('{"seed": null}', "description: seed: None, expected an integer"),
     ],
 )  # fmt: skip
-def test_a_description_that_is_none(text, told):
+def test_a_description_that_is_none(text, message):
     with pytest.raises(ExperimentError) as caught:
         Experiment.from_description(text)
-    assert told in str(caught.value).splitlines()
+    assert message in str(caught.value).splitlines()
 
 
 def test_home_is_the_posture_of_the_arm_wherever_postures_are_expected():

@@ -16,10 +16,12 @@ from ftcfa import (
     ExperimentError,
     PaperPendulum,
     ParameterError,
+    PDGravity,
     Record,
     RecordedAcceleration,
     Vibration,
     WhiteNoise,
+    compare,
     ensemble,
     load_arm,
     load_experiment,
@@ -71,15 +73,15 @@ def types_in(part):
 
 def reachable(cls):
     """All parts that a part may be made of."""
-    found, waiting = set(), [cls]
+    classes, waiting = set(), [cls]
     while waiting:
         part = waiting.pop()
-        if part not in found:
-            found.add(part)
+        if part not in classes:
+            classes.add(part)
             hints = [] if part is ftcfa.Arm else [*get_type_hints(part).values()]
             waiting.extend(one for hint in hints for one in choices(hint))
             waiting.extend(one for hint in hints for one in choices(element(hint)))
-    return found
+    return classes
 
 
 def test_every_kind_of_part_is_among_the_loops():
@@ -116,8 +118,8 @@ def test_a_nominal_arm_that_is_the_true_one_is_written_once():
 
 
 def test_a_loop_alone_travels_too():
-    told = json.loads(json.dumps(self_contained(document(loop(excitation=WhiteNoise(THIRD))))))
-    again = rebuild(ClosedLoop, told, "loop", Path())
+    data = json.loads(json.dumps(self_contained(document(loop(excitation=WhiteNoise(THIRD))))))
+    again = rebuild(ClosedLoop, data, "loop", Path())
     assert same_bits(
         Experiment(again, DURATION), simulate(loop(excitation=WhiteNoise(THIRD)), DURATION)
     )
@@ -162,14 +164,14 @@ class Peak:
 )
 def test_a_part_of_ones_own_cannot_be_written(tmp_path, changes, text):
     experiment = Experiment(loop(**changes), 1.0)
-    told = (
+    message = (
         f"{text}, expected a part of ftcfa; "
         "a part of your own cannot be written: run its loop with simulate"
     )
     for write in (experiment.to_text, experiment.description, lambda: experiment.digest):
         with pytest.raises(ParameterError) as caught:
             write()
-        assert str(caught.value) == told
+        assert str(caught.value) == message
     with pytest.raises(ParameterError):
         experiment.save(tmp_path / "e.toml")
     assert list(tmp_path.iterdir()) == []
@@ -222,6 +224,14 @@ def test_the_attributes_of_a_path_rebuild_its_loop(written):
 def test_the_attributes_of_many_paths_rebuild_their_loop(run):
     shaken = loop(excitation=WhiteNoise(THIRD))
     assert provenance(remembered(run(shaken))) == provenance(shaken)
+
+
+def test_a_comparison_rebuilds_its_loops():
+    loops = {"FTCF": loop(), "PD": loop(controller=PDGravity(ARM))}
+    dataset = compare(loops, 2, DURATION, threads=1)
+    for name, one in loops.items():
+        data = json.loads(str(dataset["experiment"].sel(loop=name).values))
+        assert provenance(rebuild(ClosedLoop, data, "attributes", Path())) == provenance(one)
 
 
 def test_results_need_no_file_of_this_machine(tmp_path):
