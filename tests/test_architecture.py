@@ -1,6 +1,7 @@
-"""Imports go one way: each layer knows those before it, and some libraries have one home."""
+"""The house: imports go one way and in no circle, libraries have one home, rooms stay small."""
 
 import ast
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,10 @@ LAYERS = (
     {"cli"},
     {"__main__"},
 )
+LONGEST_MODULE = 300
+"""Lines of a module."""
+LONGEST_FUNCTION = 60
+"""Lines of a function, its docstring not counted."""
 HOMES = {
     "pinocchio": ("model.arm", "model.pinocchio_forces", "model.pinocchio_model"),
     "matplotlib": ("report",),
@@ -81,12 +86,59 @@ def strangers(package):
                 yield module, target
 
 
+def imported_modules(file, package):
+    """Modules of the package that a file imports, named from the package on."""
+    names = {module for module, _ in modules(package)}
+    tree = ast.walk(ast.parse(file.read_text()))
+    for node in tree:
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            base = node.module.removeprefix(package.name).removeprefix(".")
+            inner = {".".join(filter(None, [base, alias.name])) for alias in node.names}
+            yield from (inner | {base}) & names
+        elif isinstance(node, ast.Import):
+            yield from {alias.name.removeprefix(f"{package.name}.") for alias in node.names} & names
+
+
+def circle(package):
+    """Names of modules that import one another in a circle; empty if there is none."""
+    graph = {module: set(imported_modules(file, package)) for module, file in modules(package)}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def lengths(file):
+    """Names and lengths of the functions of a file, docstrings not counted [lines]."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.FunctionDef):
+            lines = node.end_lineno - node.lineno + 1
+            if ast.get_docstring(node) is not None:
+                lines -= node.body[0].end_lineno - node.body[0].lineno + 1
+            yield node.name, lines
+
+
 def test_every_part_has_its_layer():
     assert [module for module, _ in modules(PACKAGE) if layer(module.split(".")[0]) is None] == []
 
 
 def test_imports_go_one_way():
     assert list(wrong_imports(PACKAGE)) == []
+
+
+def test_no_modules_import_one_another_in_a_circle():
+    assert circle(PACKAGE) == []
+
+
+def test_modules_and_functions_are_short():
+    long = [
+        module for module, file in modules(PACKAGE)
+        if len(file.read_text().splitlines()) > LONGEST_MODULE
+    ]  # fmt: skip
+    for module, file in modules(PACKAGE):
+        long += [f"{module}.{name}" for name, lines in lengths(file) if lines > LONGEST_FUNCTION]
+    assert long == []
 
 
 def test_libraries_stay_at_home():
@@ -119,3 +171,19 @@ def test_the_walk_finds_what_it_looks_for(tmp_path, module, line, found):
         (package / part).mkdir(parents=True)
     (package / module).write_text(line)
     assert bool([*wrong_imports(package), *strangers(package)]) == found
+
+
+def test_a_circle_within_a_room_is_found(tmp_path):
+    room = tmp_path / "ftcfa" / "loop"
+    room.mkdir(parents=True)
+    (room / "plant.py").write_text("def f():\n    from ftcfa.loop import path")
+    (room / "path.py").write_text("from ftcfa.loop.plant import f")
+    assert set(circle(tmp_path / "ftcfa")) == {"loop.plant", "loop.path"}
+    (room / "plant.py").write_text("import numpy")
+    assert circle(tmp_path / "ftcfa") == []
+
+
+def test_a_docstring_does_not_count_as_length(tmp_path):
+    file = tmp_path / "law.py"
+    file.write_text('def f():\n    """One.\n\n    Two.\n    """\n    return 1\n')
+    assert list(lengths(file)) == [("f", 2)]
