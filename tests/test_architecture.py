@@ -1,6 +1,7 @@
 """The house: imports go one way and in no circle, libraries have one home, rooms stay small."""
 
 import ast
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -27,6 +28,8 @@ LAYERS = (
     {"cli"},
     {"__main__"},
 )
+NAMED = re.compile(r"ftcfa(\.\w+)+:\w+")
+"""A name in a registry."""
 LONGEST_MODULE = 300
 """Lines of a module."""
 LONGEST_FUNCTION = 60
@@ -46,7 +49,7 @@ def modules(package):
 
 
 def imported(file, package):
-    """Absolute names of the modules that a file imports, wherever in the file it does."""
+    """Absolute names that a file imports, or names in a text as ``module:name``."""
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -55,8 +58,10 @@ def imported(file, package):
             if node.level:
                 folder = file.parents[node.level - 1].relative_to(package.parent)
                 base = ".".join([*folder.parts, *filter(None, [base])])
-            names = (f"{base}.{alias.name}" for alias in node.names)
-            yield from names if base == package.name else [base]
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+            yield from [base] if base != package.name else []
+        elif isinstance(node, ast.Constant) and NAMED.fullmatch(str(node.value)):
+            yield node.value.split(":")[0]
 
 
 def layer(part):
@@ -86,22 +91,13 @@ def strangers(package):
                 yield module, target
 
 
-def imported_modules(file, package):
-    """Modules of the package that a file imports, named from the package on."""
-    names = {module for module, _ in modules(package)}
-    tree = ast.walk(ast.parse(file.read_text()))
-    for node in tree:
-        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            base = node.module.removeprefix(package.name).removeprefix(".")
-            inner = {".".join(filter(None, [base, alias.name])) for alias in node.names}
-            yield from (inner | {base}) & names
-        elif isinstance(node, ast.Import):
-            yield from {alias.name.removeprefix(f"{package.name}.") for alias in node.names} & names
-
-
 def circle(package):
     """Names of modules that import one another in a circle; empty if there is none."""
-    graph = {module: set(imported_modules(file, package)) for module, file in modules(package)}
+    names = {f"{package.name}.{module}" for module, _ in modules(package)}
+    graph = {
+        f"{package.name}.{module}": names & set(imported(file, package))
+        for module, file in modules(package)
+    }
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -153,6 +149,7 @@ def test_libraries_stay_at_home():
         ("control/law.py", "def f():\n    from ftcfa import loop", True),
         ("control/law.py", "from ..loop import closed_loop", True),
         ("control/law.py", "from ftcfa import simulate", True),
+        ("control/law.py", "LAWS = 'ftcfa.loop.closed_loop:ClosedLoop'", True),
         ("vibration/noise.py", "from ftcfa.control.protocol import Signals", True),
         ("errors.py", "from ftcfa.arrays import Array", True),
         ("model/traced.py", "import pinocchio as pin", True),
@@ -178,7 +175,7 @@ def test_a_circle_within_a_room_is_found(tmp_path):
     room.mkdir(parents=True)
     (room / "plant.py").write_text("def f():\n    from ftcfa.loop import path")
     (room / "path.py").write_text("from ftcfa.loop.plant import f")
-    assert set(circle(tmp_path / "ftcfa")) == {"loop.plant", "loop.path"}
+    assert set(circle(tmp_path / "ftcfa")) == {"ftcfa.loop.plant", "ftcfa.loop.path"}
     (room / "plant.py").write_text("import numpy")
     assert circle(tmp_path / "ftcfa") == []
 

@@ -19,32 +19,29 @@ adaptation at a1/10, and its leakage at a1/100.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pkgutil import resolve_name
 from typing import Any
 
-from ftcfa.control.command_filtered import CommandFilteredBackstepping
-from ftcfa.control.computed_torque import ComputedTorque
 from ftcfa.control.finite_time_backstepping import FiniteTimeBackstepping
 from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
-from ftcfa.control.pd_gravity import PDGravity
 from ftcfa.control.protocol import Controller
-from ftcfa.control.slotine_li import SlotineLi
-from ftcfa.control.stochastic_backstepping import StochasticBackstepping
-from ftcfa.control.super_twisting import SuperTwisting
 from ftcfa.errors import UnknownNameError
 from ftcfa.model.dynamics import Dynamics
 
-LAWS: tuple[type[Any], ...] = (
-    FTCF,
-    CommandFilteredBackstepping,
-    StochasticBackstepping,
-    FiniteTimeBackstepping,
-    ComputedTorque,
-    PDGravity,
-    SlotineLi,
-    SuperTwisting,
-)
-"""The class of every law; its other parameters have defaults."""
+LAWS: tuple[type[Any], ...] = tuple(
+    map(resolve_name, (
+        "ftcfa.control.ftcf:FTCF",
+        "ftcfa.control.command_filtered:CommandFilteredBackstepping",
+        "ftcfa.control.stochastic_backstepping:StochasticBackstepping",
+        "ftcfa.control.finite_time_backstepping:FiniteTimeBackstepping",
+        "ftcfa.control.computed_torque:ComputedTorque",
+        "ftcfa.control.pd_gravity:PDGravity",
+        "ftcfa.control.slotine_li:SlotineLi",
+        "ftcfa.control.super_twisting:SuperTwisting",
+    ))
+)  # fmt: skip
+"""The class of every law, by ``module:class``; ``law(nominal)`` makes a law with its defaults."""
 REGULARISED = 0.01
 """Width of the regularised finite-time backstepping [rad or m]."""
 PRESETS: Mapping[str, Callable[[Dynamics], Controller]] = {

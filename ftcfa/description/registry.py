@@ -8,54 +8,57 @@ from collections.abc import Callable, Mapping
 from dataclasses import field, make_dataclass
 from functools import cache
 from inspect import signature
+from pkgutil import resolve_name
 from typing import Any, get_type_hints
 
 from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
-from ftcfa.loop.references import Constant, MinimumJerk, Reference, Sinusoid, Table
+from ftcfa.loop.references import Reference, Table
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.model.pendulum import PaperPendulum
 from ftcfa.model.urdf.source import arm_from_source
-from ftcfa.vibration.excitation import Excitation, Superposition
-from ftcfa.vibration.excitations.harmonic import Harmonic
-from ftcfa.vibration.excitations.random_phase import RandomPhase
-from ftcfa.vibration.excitations.recorded import RecordedAcceleration
-from ftcfa.vibration.excitations.shaped_noise import ShapedNoise
-from ftcfa.vibration.excitations.stacked import Stacked
-from ftcfa.vibration.excitations.sweep import SineSweep
-from ftcfa.vibration.excitations.white_noise import WhiteNoise
-from ftcfa.vibration.inputs.base_motion import BaseMotion
-from ftcfa.vibration.inputs.noise_input import (
-    BaseAcceleration,
-    FrameWrench,
-    JointTorque,
-    NoiseInput,
-    PaperPendulumInput,
-)
+from ftcfa.vibration.excitation import Excitation
+from ftcfa.vibration.inputs.noise_input import NoiseInput
 from ftcfa.vibration.record import Record, read_record
 from ftcfa.vibration.spectra.spectrum import Spectrum
 from ftcfa.vibration.spectra.standards import Standard, read_standard
 
+
+def classes(*names: str) -> tuple[type, ...]:
+    """Classes by their names, each ``module:class``."""
+    return tuple(map(resolve_name, names))
+
+
 PARTS: Mapping[Any, tuple[type, ...]] = {
-    Dynamics: (Arm, PaperPendulum),
+    Dynamics: classes("ftcfa.model.arm:Arm", "ftcfa.model.pendulum:PaperPendulum"),
     Controller: LAWS,
     CommandFilter: tuple(FILTERS.values()),
-    Reference: (Constant, MinimumJerk, Sinusoid, Table),
-    NoiseInput: (BaseAcceleration, BaseMotion, FrameWrench, JointTorque, PaperPendulumInput),
-    Excitation: (
-        WhiteNoise,
-        ShapedNoise,
-        RandomPhase,
-        RecordedAcceleration,
-        Harmonic,
-        SineSweep,
-        Superposition,
-        Stacked,
+    Reference: classes(
+        "ftcfa.loop.references:Constant",
+        "ftcfa.loop.references:MinimumJerk",
+        "ftcfa.loop.references:Sinusoid",
+        "ftcfa.loop.references:Table",
+    ),
+    NoiseInput: classes(
+        "ftcfa.vibration.inputs.noise_input:BaseAcceleration",
+        "ftcfa.vibration.inputs.base_motion:BaseMotion",
+        "ftcfa.vibration.inputs.noise_input:FrameWrench",
+        "ftcfa.vibration.inputs.noise_input:JointTorque",
+        "ftcfa.vibration.inputs.noise_input:PaperPendulumInput",
+    ),
+    Excitation: classes(
+        "ftcfa.vibration.excitations.white_noise:WhiteNoise",
+        "ftcfa.vibration.excitations.shaped_noise:ShapedNoise",
+        "ftcfa.vibration.excitations.random_phase:RandomPhase",
+        "ftcfa.vibration.excitations.recorded:RecordedAcceleration",
+        "ftcfa.vibration.excitations.harmonic:Harmonic",
+        "ftcfa.vibration.excitations.sweep:SineSweep",
+        "ftcfa.vibration.excitation:Superposition",
+        "ftcfa.vibration.excitations.stacked:Stacked",
     ),
 }
-"""The parts that implement each protocol; a new part is one more entry."""
+"""The parts that implement each protocol; a new part is one more line."""
 MAKERS: Mapping[type, tuple[str, Callable[..., Any]]] = {
     Arm: ("robot", arm_from_source),
     Record: ("file", read_record),

@@ -1,35 +1,23 @@
 """All metrics of a path: a new one is a file beside this one and a line here."""
 
-from ftcfa.study.metrics.errors import (
-    LATE_PEAK_ERROR,
-    LATE_RMS_ERROR,
-    OVERSHOOT,
-    PEAK_ERROR,
-    RMS_ERROR,
-    SETTLING_TIME,
-)
-from ftcfa.study.metrics.metric import Metric
-from ftcfa.study.metrics.torques import (
-    ENERGY,
-    PEAK_TORQUE,
-    PEAK_TORQUE_RATE,
-    RMS_TORQUE,
-    RMS_TORQUE_RATE,
-    SATURATED,
-)
+from pkgutil import resolve_name
 
-METRICS: dict[str, Metric] = {
-    "settling_time": SETTLING_TIME,
-    "rms_error": RMS_ERROR,
-    "peak_error": PEAK_ERROR,
-    "late_rms_error": LATE_RMS_ERROR,
-    "late_peak_error": LATE_PEAK_ERROR,
-    "overshoot": OVERSHOOT,
-    "saturated": SATURATED,
-    "rms_torque": RMS_TORQUE,
-    "peak_torque": PEAK_TORQUE,
-    "rms_torque_rate": RMS_TORQUE_RATE,
-    "peak_torque_rate": PEAK_TORQUE_RATE,
-    "energy": ENERGY,
+from ftcfa.study.metrics.metric import Metric
+
+NAMES = {
+    "settling_time": "ftcfa.study.metrics.errors:SETTLING_TIME",
+    "rms_error": "ftcfa.study.metrics.errors:RMS_ERROR",
+    "peak_error": "ftcfa.study.metrics.errors:PEAK_ERROR",
+    "late_rms_error": "ftcfa.study.metrics.errors:LATE_RMS_ERROR",
+    "late_peak_error": "ftcfa.study.metrics.errors:LATE_PEAK_ERROR",
+    "overshoot": "ftcfa.study.metrics.errors:OVERSHOOT",
+    "saturated": "ftcfa.study.metrics.torques:SATURATED",
+    "rms_torque": "ftcfa.study.metrics.torques:RMS_TORQUE",
+    "peak_torque": "ftcfa.study.metrics.torques:PEAK_TORQUE",
+    "rms_torque_rate": "ftcfa.study.metrics.torques:RMS_TORQUE_RATE",
+    "peak_torque_rate": "ftcfa.study.metrics.torques:PEAK_TORQUE_RATE",
+    "energy": "ftcfa.study.metrics.torques:ENERGY",
 }
+"""Name of the Dataset variable of each metric, and the metric as ``module:name``."""
+METRICS: dict[str, Metric] = {name: resolve_name(metric) for name, metric in NAMES.items()}
 """Metrics by the name of their Dataset variable, in the order of tables."""
