@@ -21,13 +21,18 @@ DURATION = 20.0
 QUICK_DURATION = 5.0
 """Simulated time of a quick look [s]."""
 SEED = 0
+"""Seed of the paths."""
 BAND = 0.05
 """A path has settled once its overall tracking error stays below this [rad]."""
 GRAVITY = 9.8
+"""Gravity of the paper [m/s^2]."""
 INTENSITY = 0.1
+"""Intensity varpi of the noise, in the convention of each case."""
 REFERENCE = Sinusoid(amplitude=(1.5, 1.0), angular_frequency=(1.0, 2.0))
 Q0 = (-0.1, 0.25)
+"""Initial position [rad]."""
 V0 = (-0.3, 0.45)
+"""Initial velocity [rad/s]."""
 RECORDED = ("u_command", "alpha", "abar")
 """Internal signals that the table and the figures need."""
 
@@ -40,7 +45,8 @@ class Case:
         plant: ``"corrected"``, the URDF arm shaken by a physical base acceleration, or
             ``"as printed"``, the paper's C and Lambda with their misprints.
         noise: Convention of the intensity varpi = 0.1: ``"psd"``, or ``"amplitude"`` as printed.
-        kappa: Fractional power; 1 is the asymptotic control that the paper compares with.
+        kappa: Fractional power of the control law; 1 gives the asymptotic law of the paper's
+            comparison.
         filter: ``"implicit"`` or ``"explicit"`` step of the command filter.
         period: Sampling period [s].
     """
@@ -55,9 +61,9 @@ class Case:
 FINITE_TIME = Case()
 """The paper's controller on the corrected plant, noise as printed: Figures 1-1, 1-2 and 2."""
 ASYMPTOTIC = Case(kappa=1.0)
-"""Its rival of Figure 2."""
+"""The asymptotic controller that Figure 2 compares it with."""
 EXPLICIT = Case(filter="explicit")
-"""The paper's controller with the filter stepped as most simulations do."""
+"""The paper's controller with the explicit filter step that most simulations use."""
 
 CASES = (
     FINITE_TIME,
@@ -73,11 +79,11 @@ CASES = (
 )
 """The whole study."""
 QUICK_CASES = (FINITE_TIME, ASYMPTOTIC, Case(plant="as printed"), EXPLICIT)
-"""What a quick look shows: the cases of the figures, and the paper as printed."""
+"""Cases of a quick look: those of the figures, and the plant as printed."""
 
 
 def closed_loop(case: Case) -> ClosedLoop:
-    """The loop of a case; the controller's nominal arm is the corrected one, always."""
+    """The loop of a case; the nominal arm of its controller is always the corrected one."""
     nominal = load_arm("double_pendulum", gravity=GRAVITY)
     noise = WhiteNoise(INTENSITY, case.noise)
     printed = case.plant == "as printed"

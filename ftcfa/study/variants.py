@@ -1,9 +1,8 @@
-"""What to compare a loop with: its rivals, itself less an ingredient, harder conditions."""
+"""Variants of a loop to compare it with: other laws, its law without a part, harder conditions."""
 
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import cast
 
 from ftcfa.control.ftcf import FTCF
 from ftcfa.control.laws import ABLATIONS, CONTROLLERS, ablated
@@ -11,32 +10,33 @@ from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
 from ftcfa.model.uncertainty import Uncertainty
-from ftcfa.vibration.vibration import Vibration
 
 AS_GIVEN = "as given"
+"""Name of the loop itself."""
 PERIODS = (2, 4)
-"""Longer sampling periods, as factors; the integration step stays."""
+"""Factors of longer sampling periods; the integration step stays."""
 LEVELS = (2, 4)
-"""Stronger vibration, as factors of its amplitude."""
+"""Factors of the amplitude of stronger vibrations."""
 INERTIA_ERROR = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
+"""Additional uncertainty of the inertias."""
 OF_URDF = ("SlotineLi",)
 """Laws that need the regressor of an Arm."""
 PAYLOAD = 0.1
-"""Of the moving mass, at the tip."""
+"""Payload at the tip, as a share of the moving mass."""
 
 
 def rivals(loop: ClosedLoop, names: str | Iterable[str] | None = None) -> dict[str, ClosedLoop]:
-    """The loop as given, then under other laws on the same nominal arm.
+    """The loop as given, then the loop under other laws with the same nominal arm.
 
     The others have the defaults that the rule of `ftcfa.control.laws` gives them.
 
     Args:
-        loop: The loop; its law's nominal arm is that of all.
+        loop: The loop; all laws get the nominal arm of its law.
         names: Names in `ftcfa.control.laws.CONTROLLERS`, such as ``"PDGravity"``; by default all
             that the arm allows.
 
     Raises:
-        UnknownNameError: If there is no law of a name; it lists those there are.
+        UnknownNameError: If a name is not that of a law; the error lists the known names.
     """
     nominal = getattr(loop.controller, "nominal", loop.arm)
     if names is None:
@@ -50,7 +50,7 @@ def rivals(loop: ClosedLoop, names: str | Iterable[str] | None = None) -> dict[s
 
 
 def ablations(loop: ClosedLoop) -> dict[str, ClosedLoop]:
-    """The loop as given, then with one ingredient of its law less at a time.
+    """The loop as given, then the loop without one part of its law at a time.
 
     Raises:
         ParameterError: If its law is not the paper's.
@@ -59,25 +59,25 @@ def ablations(loop: ClosedLoop) -> dict[str, ClosedLoop]:
     if not isinstance(law, FTCF):
         got = f"a loop under {type(law).__name__}"
         raise ParameterError("ablations", got, "a loop under FTCF")
-    less = {name: replace(loop, controller=ablated(law, name)) for name in ABLATIONS}
-    return {AS_GIVEN: loop, **less}
+    without = {name: replace(loop, controller=ablated(law, name)) for name in ABLATIONS}
+    return {AS_GIVEN: loop, **without}
 
 
 def conditions(loop: ClosedLoop) -> dict[str, ClosedLoop]:
-    """The loop as given, then under one harder condition at a time.
+    """The loop as given, then the loop under one harder condition at a time.
 
-    Longer periods, stronger vibration, robots whose masses are spread by 20 % more than they
-    are (centres by 1 cm, shapes by 10 %), and a payload of a tenth of the moving mass at the tip,
-    of which the law knows nothing.
+    The conditions are longer sampling periods; stronger vibration; robots whose masses have an
+    additional spread of 20 % (centres 1 cm, shapes 10 %); and a payload at the tip, a tenth of the
+    moving mass, that the law does not know.
     """
     harder = {
         f"period x {k}": replace(loop, period=k * loop.period, substeps=k * loop.substeps)
         for k in PERIODS
     }
-    shaken = loop.vibration
-    for k in LEVELS if shaken is not None else ():
-        louder = replace(cast(Vibration, shaken), level=k * cast(Vibration, shaken).level)
-        harder[f"vibration x {k}"] = replace(loop, vibration=louder)
+    if loop.vibration is not None:
+        for k in LEVELS:
+            stronger = replace(loop.vibration, level=k * loop.vibration.level)
+            harder[f"vibration x {k}"] = replace(loop, vibration=stronger)
     if isinstance(loop.arm, Arm):
         mass = PAYLOAD * loop.arm.moving_mass
         known = loop.uncertainty or Uncertainty()
