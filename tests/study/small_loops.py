@@ -1,6 +1,7 @@
 """Closed loops that take a moment: the paper's pendulum, certain and not, and a user's own."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import xarray as xr
@@ -12,10 +13,12 @@ DURATION = 0.1
 """A hundred samples [s]."""
 
 
+@cache  # compiled once for all tests of a process
 def pendulum():
     return closed_loop(FINITE_TIME)
 
 
+@cache
 def uncertain_pendulum():
     return replace(pendulum(), uncertainty=Uncertainty(mass=0.2, centre=0.01, shape=0.1))
 

@@ -23,7 +23,6 @@ from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.study.store import Store
 
 PATHS, CHUNK = 250, 100
-KILLS = 20
 SMALL = 1 << 20
 """Size of a small disk: less than the store takes [bytes]."""
 
@@ -66,17 +65,18 @@ def test_a_finished_run_is_read_not_run_again(finished, store):
     assert inodes(store) == before
 
 
-def test_kill_9_twenty_times(tmp_path):
-    """At random moments; `killed.py` looks at the store after each, and at every result."""
+@pytest.mark.parametrize("kills", [4, pytest.param(20, marks=pytest.mark.slow)])
+def test_kill_9_at_random_moments(tmp_path, kills):
+    """`killed.py` looks at the store after each, and at every result."""
     script = Path(__file__).with_name("killed.py")
     done = subprocess.run(
-        [sys.executable, str(script), str(tmp_path), str(KILLS), "0"],
+        [sys.executable, str(script), str(tmp_path), str(kills), "0"],
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert int(done.stdout.split()[0]) == KILLS
+    assert int(done.stdout.split()[0]) == kills
 
 
 def test_ctrl_c_from_the_terminal(tmp_path):
@@ -84,7 +84,7 @@ def test_ctrl_c_from_the_terminal(tmp_path):
     script = (
         "import sys; from small_loops import *; from ftcfa import Interrupted, ensemble\n"
         "try:\n"
-        "    ensemble(pendulum(), 100_000, 1.0, chunk=100, store=sys.argv[1],"
+        "    ensemble(pendulum(), 100_000, 1.0, chunk=100, threads=1, store=sys.argv[1],"
         " progress=lambda *_: print('done', flush=True))\n"
         "except Interrupted as stop:\n"
         "    print(stop.partial.sizes['path'])"
