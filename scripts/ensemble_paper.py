@@ -67,7 +67,7 @@ def print_differences(first, second):
 
 @mpl.rc_context(STYLE)
 def draw(runs):
-    """Mean square with its band, and the settling-time timess with theirs."""
+    """Mean square with its band, and the distributions of the settling time with theirs."""
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
     square, settle = figure.subplots(2, 1)
     one = next(iter(runs.values()))

@@ -1,5 +1,6 @@
 """The scripts, each in a quick mode, as a user would run it."""
 
+import json
 import os
 import subprocess
 import sys
@@ -53,3 +54,33 @@ def test_compare_laws(tmp_path):
     assert "…" not in text
     files = sorted(file.name for file in tmp_path.iterdir())
     assert files == ["rivals-panda.png", "rivals-pendulum.png"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("script", "title"),
+    [
+        ("generator.py", "The paper's study, 8 paths of 0.3 s"),
+        ("rival_singularity.py", "Panda: largest demanded torque of a path"),
+        ("filters.py", "Rms error of the derivative"),
+    ],
+)
+def test_scripts_with_a_figure(tmp_path, script, title):
+    quick = [] if script == "filters.py" else ["--quick"]
+    assert title in printed(script, *quick, "--out", tmp_path)
+    (figure,) = tmp_path.iterdir()
+    assert figure.read_bytes().startswith(PNG)
+
+
+@pytest.mark.slow
+def test_ensemble_paper():
+    text = printed("ensemble_paper.py", "--quick", "--paths", "20")
+    assert "20 paths of 5 s each" in text
+    assert "difference, κ = 1 minus κ = 0.6, path by path" in text
+
+
+@pytest.mark.slow
+def test_bench_answers_a_question():
+    record = json.loads(printed("bench", "paths", "--quick", "--threads", "1", "--json", "-"))
+    assert [row["paths"] for row in record["paths"]["rows"]] == [1, 8, 64, 1024, 10000]
+    assert all(row["us"] > 0 for row in record["paths"]["rows"])

@@ -7,7 +7,7 @@ import numpy as np
 
 
 def write_chain(n: int, file: Path) -> None:
-    """Write the URDF of n revolute joints in a row: random axes and placements, real inertias."""
+    """Write the URDF of n revolute joints in a row: random axes, physical inertias."""
     rng = np.random.default_rng(n)
     parts = ['<robot name="chain"><link name="link0"/>']
     for i in range(1, n + 1):
