@@ -304,9 +304,9 @@ class Trolley(NoiseInput):
     def init(self):
         return np.zeros(2)
 
-    def impulse(self, arm, q, v, state, shaking, step):  # noqa: ARG002
+    def impulse(self, arm, q, v, state, integrals, step):  # noqa: ARG002
         x, dx = state[0], state[1]
-        change = shaking.integral[0] - 400.0 * step * x
+        change = integrals.increment[0] - 400.0 * step * x
         after = np.stack([x + step * (dx + change), dx + change])
         return self.matrix(arm, q)[:, 0] * change, after
 
