@@ -52,7 +52,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
 
     nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
-    width: Annotated[float, Check(not_negative, "rad")] = 0.0
+    width: Annotated[float, Check(not_negative, "rad or m")] = 0.0
     compensation: Compensation = "bias"
 
     varies: ClassVar[Parameters] = number_fields("width")

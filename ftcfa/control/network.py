@@ -27,8 +27,8 @@ class RBFNetwork:
     """
 
     nodes: Annotated[int, Check(counting)] = 10
-    width: Annotated[float, Check(positive)] = 4.0
-    half_range: Annotated[float, Check(positive)] = 2.0
+    width: Annotated[float, Check(positive, "rad and rad/s")] = 4.0
+    half_range: Annotated[float, Check(positive, "rad and rad/s")] = 2.0
 
     varies: ClassVar[Parameters] = number_fields("width", "half_range")
 
