@@ -503,17 +503,24 @@ def test_a_law_that_computes_nan_diverges_on_its_path_alone(engine):
 # Interrupts and memory
 
 LONG_RUN = """
-import sys
+import sys, time
 from ftcfa import *
 arm = load_arm("double_pendulum")
 loop = ClosedLoop(arm, FTCF(arm), Constant(arm.home), substeps={substeps})
 simulate_paths(loop, 16, 0.01)
 print("running", flush=True)
-simulate_paths(loop, 64, 400.0, record_every=100000, engine="{engine}")
-print("done", flush=True)
+began = time.process_time()
+try:
+    simulate_paths(loop, 640, 400.0, record_every=100000, engine="{engine}")
+finally:
+    print(time.process_time() - began, flush=True)
 """
-PATIENCE = 3.0
-"""A second to stop and two for a busy machine [s]."""
+BEFORE_THE_INTERRUPT = 0.3
+"""Time for which the run goes on before it is interrupted [s]."""
+AT_ONCE = 5.0
+"""Processor time of an interrupted run, at most; the whole run takes more than a minute [s]."""
+HANGS = 120.0
+"""Time after which a run that ignores the interrupt is killed [s]."""
 
 
 @pytest.mark.parametrize(
@@ -526,16 +533,13 @@ def test_an_interrupt_ends_a_long_run_at_once(engine, substeps):
     ) as process:
         try:
             assert process.stdout.readline().strip() == "running"
-            time.sleep(0.3)
-            assert process.poll() is None, "the run is too short for this test"
+            time.sleep(BEFORE_THE_INTERRUPT)
             process.send_signal(2)
-            began = time.monotonic()
-            output, errors = process.communicate(timeout=20)
-            assert time.monotonic() - began < PATIENCE
+            output, errors = process.communicate(timeout=HANGS)
         finally:
             process.kill()
     assert "KeyboardInterrupt" in errors.splitlines()[-1]
-    assert "done" not in output
+    assert float(output) < AT_ONCE
     assert process.returncode != 0
 
 
