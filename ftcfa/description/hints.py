@@ -24,7 +24,7 @@ NAMES: Mapping[Any, str] = {
 
 
 def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The types that a hint allows, without None; `numpy.typing.ArrayLike` is one of them."""
+    """The types that a hint allows, without None; `numpy.typing.ArrayLike` is one, and the last."""
     if get_origin(hint) is Annotated:
         hint = get_args(hint)[0]
     if get_origin(hint) not in (Union, types.UnionType):
@@ -32,7 +32,7 @@ def alternatives(hint: Any) -> tuple[Any, ...]:
     allowed = [one for one in get_args(hint) if one is not types.NoneType]
     array = get_args(npt.ArrayLike)
     if set(array) <= set(allowed):
-        return (npt.ArrayLike, *(one for one in allowed if one not in array))
+        return (*(one for one in allowed if one not in array), npt.ArrayLike)
     return tuple(allowed)
 
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,8 @@ SINGULARITY_SAMPLES = 64
 """Number of random postures at which M is checked."""
 ORTHOGONAL = 1e-9
 """Largest entry of R^T R - 1 for which R counts as a rotation."""
+Mounting: TypeAlias = Literal["floor", "wall", "ceiling"] | npt.ArrayLike
+"""Name or rotation matrix of the orientation of the base in the world."""
 MOUNTINGS: Mapping[str, Array] = {
     "floor": np.eye(3),
     "wall": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
@@ -48,7 +51,7 @@ def load_arm(
     package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
-    mounting: str | npt.ArrayLike = "floor",
+    mounting: Mounting = "floor",
 ) -> Arm:
     """Load a fixed-base arm from its URDF.
 
@@ -84,7 +87,7 @@ def arm_from_text(
     lock: Locks | None = None,
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
-    mounting: str | npt.ArrayLike = "floor",
+    mounting: Mounting = "floor",
 ) -> Arm:
     """Load an arm from the text of a URDF, such as the description of a loop contains.
 
@@ -111,7 +114,7 @@ def _arm(
     lock: Locks | None,
     gravity: float | Sequence[float],
     effort_limit: EffortLimit | None,
-    mounting: str | npt.ArrayLike,
+    mounting: Mounting,
 ) -> Arm:
     """The arm of a URDF; ``source`` holds the arguments that find the URDF again."""
     locks = locked_joints(description, entry, lock)
@@ -163,7 +166,7 @@ def _gravity_field(gravity: float | Sequence[float]) -> Array:
     return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
 
 
-def _mounting(mounting: str | npt.ArrayLike) -> Array:
+def _mounting(mounting: Mounting) -> Array:
     """Rotation matrix of the base in the world, shape (3, 3), of a name or a matrix."""
     if isinstance(mounting, str):
         known_name("mounting", mounting, MOUNTINGS, field="mounting")

@@ -12,7 +12,7 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.model.urdf.coordinates import EffortLimit
 from ftcfa.model.urdf.joints import Locks
-from ftcfa.model.urdf.load import arm_from_text, load_arm
+from ftcfa.model.urdf.load import Mounting, arm_from_text, load_arm
 
 COMPARED = ("G", "g0", "effort_limit", "damping", "friction", "inertias")
 """Quantities that must be the same when an Arm is loaded again."""
@@ -28,7 +28,7 @@ def arm_from_source(
     package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
-    mounting: str | npt.ArrayLike = "floor",
+    mounting: Mounting = "floor",
     inertias: npt.ArrayLike | None = None,
     damping: npt.ArrayLike | None = None,
     friction: npt.ArrayLike | None = None,
