@@ -100,11 +100,6 @@ class Moments:
         return np.where((self.missing == 0) & (self.count > 0), self.average, np.nan)
 
     @property
-    def mean_square(self) -> Array:
-        """Mean of the squares, without an interval, shape (...)."""
-        return self.mean**2 + self.M2 / np.maximum(self.count, 1)
-
-    @property
     def variance(self) -> Array:
         """Unbiased variance, divisor n - 1; NaN for fewer than two paths, shape (...)."""
         known = (self.missing == 0) & (self.count > 1)

@@ -76,7 +76,6 @@ def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Data
             "count": ("bin", np.concatenate(count)),
         },
         coords={"path": np.array(paths)},
-        attrs={"engine": run.engine},
     )
 
 

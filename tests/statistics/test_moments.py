@@ -32,7 +32,6 @@ def test_against_numpy_and_scipy():
     moments = Moments.of(x)
     np.testing.assert_allclose(moments.mean, x.mean(0), rtol=ROUNDING)
     np.testing.assert_allclose(moments.variance, x.var(0, ddof=1), rtol=ROUNDING)
-    np.testing.assert_allclose(moments.mean_square, (x**2).mean(0), rtol=ROUNDING)
     np.testing.assert_allclose(moments.M3 / 50, stats.moment(x, 3), rtol=ROUNDING)
     oracle = stats.ttest_1samp(x, 0.0).confidence_interval(0.9)
     value, low, high = moments.student(0.9)
@@ -92,10 +91,9 @@ def test_paths_that_diverged_are_counted_and_make_the_mean_undefined():
     moments = Moments.of(x)
     np.testing.assert_array_equal(moments.missing, [0, 2])
     np.testing.assert_array_equal(moments.mean, [4.0, np.nan])
-    for statistic in (moments.variance, moments.mean_square, *moments.skewness_corrected()):
+    for statistic in (moments.variance, *moments.skewness_corrected()):
         np.testing.assert_array_equal(np.isnan(statistic), [False, True])
     np.testing.assert_allclose(moments.without_missing().mean, [4.0, 3.0])
-    np.testing.assert_allclose(moments.without_missing().mean_square, [22.5, 13.0])
 
 
 def test_no_path_with_a_value():

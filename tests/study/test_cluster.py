@@ -99,9 +99,9 @@ def test_a_cluster_by_address_and_a_worker_killed_in_the_middle(cluster, tmp_pat
                 victim.wait()
 
         store = tmp_path / "store"
-        told = run(loop, client=client, store=store, progress=kill)
+        result = run(loop, client=client, store=store, progress=kill)
         assert victim.poll() == -signal.SIGKILL
-        xr.testing.assert_identical(told, expected)
+        xr.testing.assert_identical(result, expected)
         xr.testing.assert_identical(run(loop, store=store), expected)  # what it stored is sound
     finally:
         client.close()

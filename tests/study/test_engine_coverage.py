@@ -58,9 +58,9 @@ def run(gains, duration=DURATION):
     return [ensemble(loop, PATHS, duration, seed=seed, **options) for seed in range(RUNS)]
 
 
-def at_end(told, name):
+def at_end(datasets, name):
     """A statistic at the end, shape (seed, bound, ..., joint)."""
-    return np.array([dataset[name].isel(time=-1).values for dataset in told])
+    return np.array([dataset[name].isel(time=-1).values for dataset in datasets])
 
 
 @pytest.fixture(scope="module")
@@ -78,17 +78,17 @@ def covered(bounds, truth):
     return np.mean((bounds[:, 1] <= truth) & (truth <= bounds[:, 2]), axis=(0, -1))
 
 
-def check(told, name, variance):
+def check(datasets, name, variance):
     """Means and mean squares between 93 and 97 %, quantiles as the binomial law of ranks says."""
     deviation = np.sqrt(variance)
-    assert 0.93 <= covered(at_end(told, f"{name}_mean"), 0.0) <= 0.97
-    assert 0.93 <= covered(at_end(told, f"{name}_mean_square"), variance) <= 0.97
+    assert 0.93 <= covered(at_end(datasets, f"{name}_mean"), 0.0) <= 0.97
+    assert 0.93 <= covered(at_end(datasets, f"{name}_mean_square"), variance) <= 0.97
     for i, p in enumerate(LEVELS):
         low, high = stats.binom.ppf(0.025, PATHS, p), stats.binom.isf(0.025, PATHS, p) + 1
         exact = stats.binom.cdf(high - 1, PATHS, p) - stats.binom.cdf(low - 1, PATHS, p)
         assert 0.95 <= exact <= 0.97
         least, most = stats.binom.interval(CONFIDENCE, ENSEMBLES, exact)
-        bounds = at_end(told, f"{name}_quantile")[:, :, i]
+        bounds = at_end(datasets, f"{name}_quantile")[:, :, i]
         share = covered(bounds, stats.norm.ppf(p, 0.0, deviation))
         assert least <= share * ENSEMBLES <= most
 
@@ -119,9 +119,9 @@ def test_proportions():
 
     The torque after it is -d v with v = sqrt(h) n.
     """
-    told = run(ORNSTEIN_UHLENBECK, duration=PERIOD)
+    datasets = run(ORNSTEIN_UHLENBECK, duration=PERIOD)
     truth = 2 * stats.norm.cdf(TORQUE / np.sqrt(PERIOD)) - 1
-    counts = np.concatenate([np.sum(t["peak_torque"].values < TORQUE, axis=0) for t in told])
+    counts = np.concatenate([np.sum(t["peak_torque"].values < TORQUE, axis=0) for t in datasets])
     intervals = {k: proportion(int(k), PATHS) for k in range(PATHS + 1)}
     covers = np.array([low <= truth <= high for _, low, high in intervals.values()])
     exact = np.sum(stats.binom.pmf(np.arange(PATHS + 1), PATHS, truth)[covers])

@@ -53,7 +53,7 @@ def test_the_same_numbers_in_any_chunks(loop, chunk):
 
 def test_the_statistics_are_those_of_the_paths(loop):
     """NumPy on the trajectories themselves is the oracle."""
-    told = run(loop, record_every=20)
+    dataset = run(loop, record_every=20)
     paths = simulate_paths(loop, PATHS, DURATION, record_every=20)
     rows = {"ote": paths["ote"], "error": paths["q"] - paths["q_d"], "u": paths["u"]}
     for name, row in rows.items():
@@ -61,18 +61,18 @@ def test_the_statistics_are_those_of_the_paths(loop):
             ("mean", row.mean("path")),
             ("mean_square", (row**2).mean("path")),
         ):
-            found = told[f"{name}_{statistic}"].sel(bound="estimate")
+            found = dataset[f"{name}_{statistic}"].sel(bound="estimate")
             np.testing.assert_allclose(found, truth.transpose(*found.dims), rtol=ROUNDING)
         exact = np.quantile(row.transpose("path", ...), [0.05, 0.5], axis=0, method="inverted_cdf")
-        found = told[f"{name}_quantile"].sel(bound="estimate", quantile=[0.05, 0.5])
+        found = dataset[f"{name}_quantile"].sel(bound="estimate", quantile=[0.05, 0.5])
         np.testing.assert_allclose(found, exact, rtol=1 / 256)
 
 
 def test_a_path_can_be_replayed():
-    told = run(uncertain_pendulum())
-    path = replay(told, 700)
+    dataset = run(uncertain_pendulum())
+    path = replay(dataset, 700)
     np.testing.assert_array_equal(
-        told["peak_torque"].sel(path=700), np.abs(path["u"]).max("time").values
+        dataset["peak_torque"].sel(path=700), np.abs(path["u"]).max("time").values
     )
 
 
@@ -118,10 +118,10 @@ def test_memory_grows_by_what_is_reported_of_each_path():
 
     tracemalloc.start()
     try:
-        told = ensemble(loop, 12 * 128, 0.02, chunk=128, progress=look)
+        dataset = ensemble(loop, 12 * 128, 0.02, chunk=128, progress=look)
     finally:
         tracemalloc.stop()
-    reported = sum(x.nbytes for x in told.variables.values() if "path" in x.dims) / (12 * 128)
+    reported = sum(x.nbytes for x in dataset.variables.values() if "path" in x.dims) / (12 * 128)
     (first, before), (last, after) = held[3], held[-1]
     assert (after - before) / (last - first) < 1.5 * reported  # beside it, a few objects a chunk
 
@@ -166,7 +166,7 @@ def test_an_interrupt_before_anything_is_done_carries_nothing(monkeypatch):
 
 
 def test_divergence_is_counted_and_shows_in_the_mean():
-    told = run(oscillators(1, -100.0, 0.0), duration=3.0)
-    assert told.attrs["diverged"] == np.isfinite(told["diverged_at"]).sum() > 0
-    assert np.isnan(told["ote_mean"].sel(bound="estimate")[-1])
-    assert np.isfinite(told["ote_mean"].sel(bound="estimate")[1])
+    dataset = run(oscillators(1, -100.0, 0.0), duration=3.0)
+    assert dataset.attrs["diverged"] == np.isfinite(dataset["diverged_at"]).sum() > 0
+    assert np.isnan(dataset["ote_mean"].sel(bound="estimate")[-1])
+    assert np.isfinite(dataset["ote_mean"].sel(bound="estimate")[1])

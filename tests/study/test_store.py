@@ -1,4 +1,4 @@
-"""The store of an ensemble: killed, full, damaged, of something else, shared, grown."""
+"""The store of an ensemble: killed, full, damaged, of another experiment, shared, grown."""
 
 import errno
 import os
@@ -49,19 +49,19 @@ def inodes(store):
 
 
 def test_plain_xarray_reads_it(finished):
-    _, store, told = finished
+    _, store, result = finished
     groups = read_all(store)
     assert set(groups) == {"result", "chunks/000000", "chunks/000001", "chunks/000002"}
-    xr.testing.assert_identical(groups["result"], told)
+    xr.testing.assert_identical(groups["result"], result)
     assert groups["result"]["ote_mean"].attrs["units"] == "rad"
     per_path = xr.concat([groups[f"chunks/{k:06d}"]["energy"] for k in range(3)], "path")
-    np.testing.assert_array_equal(per_path, told["energy"])
+    np.testing.assert_array_equal(per_path, result["energy"])
 
 
 def test_a_finished_run_is_read_not_run_again(finished, store):
-    loop, _, told = finished
+    loop, _, result = finished
     before = inodes(store)
-    xr.testing.assert_identical(run(loop, store=store), told)
+    xr.testing.assert_identical(run(loop, store=store), result)
     assert inodes(store) == before
 
 
@@ -259,15 +259,15 @@ def flip(path):
     ],
 )
 def test_a_damaged_chunk_is_told_of_and_run_again(finished, store, damage, name):
-    loop, _, told = finished
+    loop, _, result = finished
     damage(store / "chunks" / "000001" / name)
     before = inodes(store)
     with pytest.warns(UserWarning, match=r"chunks/000001: damaged; its paths are run again"):
         again = run(loop, store=store)
-    xr.testing.assert_identical(again, told)
+    xr.testing.assert_identical(again, result)
     after = inodes(store)
     assert {k for k in after if after[k] != before[k]} == {"000001"}
-    xr.testing.assert_identical(run(loop, store=store), told)
+    xr.testing.assert_identical(run(loop, store=store), result)
 
 
 @pytest.mark.parametrize("damage", [truncate, Path.unlink])
@@ -297,12 +297,12 @@ def test_fewer_paths_leave_what_is_there(finished, store):
 
 def test_two_processes_do_not_share_a_store(finished, store):
     """The second is refused, and touches nothing that the first is writing."""
-    loop, _, told = finished
+    loop, _, result = finished
     unfinished = store / "chunks" / "000007.1.part"
     script = (
         "import json, sys; from ftcfa.study.store import Store; import zarr\n"
-        "place = sys.argv[1]; told = json.loads(zarr.open_group(place).attrs['identity'])\n"
-        "with Store(place, told): print('open', flush=True); sys.stdin.read()"
+        "place = sys.argv[1]; identity = json.loads(zarr.open_group(place).attrs['identity'])\n"
+        "with Store(place, identity): print('open', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(
         [sys.executable, "-c", script, str(store)],
@@ -317,12 +317,12 @@ def test_two_processes_do_not_share_a_store(finished, store):
         assert unfinished.exists()
         read_all(store)  # reading needs nobody's leave
         other.kill()
-    xr.testing.assert_identical(run(loop, store=store), told)
+    xr.testing.assert_identical(run(loop, store=store), result)
     assert not unfinished.exists()
 
 
 def test_many_that_begin_the_same_store_at_once(tmp_path):
-    """One makes it; each then has it or is told that another has."""
+    """One makes it; each then has it or gets the error that another has."""
     outcomes, barrier = [], threading.Barrier(8)
 
     def begin():

@@ -58,40 +58,41 @@ def peak_rate(record):
 
 def test_yes(loop, record):
     required = Specification(error=0.05, within=0.6)
-    found = verify(loop, required, DURATION)
+    verification = verify(loop, required, DURATION)
     assert np.all(settling_times(record, 0.05) <= 0.6)
-    assert (found.answer, found.worst) == ("yes", ())
-    assert (found.verdict.successes, found.verdict.trials) == (74, 74)  # see SequentialTest
-    assert found.verdict.low > 0.95
-    assert str(found).startswith("yes: 74 of 74 paths settle below 0.05 within 0.6 s")
+    assert (verification.answer, verification.worst) == ("yes", ())
+    verdict = verification.verdict
+    assert (verdict.successes, verdict.trials) == (74, 74)  # see SequentialTest
+    assert verdict.low > 0.95
+    assert str(verification).startswith("yes: 74 of 74 paths settle below 0.05 within 0.6 s")
 
 
 def test_no_with_the_worst_paths_first(loop, record):
     rate = np.quantile(peak_rate(record).max(axis=1), 0.5)
-    found = verify(loop, Specification(0.05, 0.6, torque_rate=rate), DURATION)
-    assert found.answer == "no"
-    assert found.verdict.high < 0.95
+    verification = verify(loop, Specification(0.05, 0.6, torque_rate=rate), DURATION)
+    assert verification.answer == "no"
+    assert verification.verdict.high < 0.95
     kept = np.all(peak_rate(record) <= rate, axis=1)
-    assert found.verdict.successes == kept[: found.verdict.trials].sum()
-    assert [*map(float, found.fixed)] == [*map(float, proportion(int(kept.sum()), CHUNK))]
+    assert verification.verdict.successes == kept[: verification.verdict.trials].sum()
+    assert [*map(float, verification.fixed)] == [*map(float, proportion(int(kept.sum()), CHUNK))]
     excess = peak_rate(record).max(axis=1) / rate
     order = np.argsort(-excess)[:5]
-    assert [one.path for one in found.worst] == order.tolist()
-    assert [one.excess for one in found.worst] == pytest.approx(excess[order])
-    worst = found.worst[0]
+    assert [one.path for one in verification.worst] == order.tolist()
+    assert [one.excess for one in verification.worst] == pytest.approx(excess[order])
+    worst = verification.worst[0]
     assert worst.reason == f"torque rate {excess.max():.3g} times its limit"
-    again = simulate(loop, DURATION, seed=found.seed, path=worst.path)
+    again = simulate(loop, DURATION, seed=verification.seed, path=worst.path)
     steepest = np.abs(np.diff(again.u.values, axis=0)).max() / 1e-3
     assert steepest / rate == pytest.approx(worst.excess)
 
 
 def test_undecided_within_the_budget(loop, record):
-    found = verify(loop, TIGHT, DURATION)
+    verification = verify(loop, TIGHT, DURATION)
     kept = settling_times(record, 0.05)[:40] <= 0.555
     assert 0.6 < kept.mean() < 0.9
-    assert found.answer == "undecided"
-    assert (found.verdict.successes, found.verdict.trials) == (kept.sum(), 40)
-    assert found.verdict.low < 0.75 < found.verdict.high
+    assert verification.answer == "undecided"
+    assert (verification.verdict.successes, verification.verdict.trials) == (kept.sum(), 40)
+    assert verification.verdict.low < 0.75 < verification.verdict.high
 
 
 @pytest.mark.parametrize(
@@ -100,48 +101,48 @@ def test_undecided_within_the_budget(loop, record):
 def test_the_torque_of_every_joint_has_its_limit(loop, record, effort, answer):
     """The arm's own limit of 15 N m is reached by both joints of every path."""
     assert np.all(np.abs(record.u.values).max(axis=1) == 15.0)
-    found = verify(loop, Specification(0.05, 0.6, effort=effort), DURATION)
-    assert found.answer == answer
+    verification = verify(loop, Specification(0.05, 0.6, effort=effort), DURATION)
+    assert verification.answer == answer
     if answer == "no":
         excess = 15.0 / np.min(effort)
-        assert found.worst[0].reason == f"torque {excess:.3g} times its limit"
-        assert found.worst[0].excess == pytest.approx(excess)
+        assert verification.worst[0].reason == f"torque {excess:.3g} times its limit"
+        assert verification.worst[0].excess == pytest.approx(excess)
 
 
 def test_what_never_settles_is_not_called_diverged(loop):
-    found = verify(loop, Specification(error=1e-6, within=0.5), DURATION)
-    assert found.answer == "no"
-    assert all(one.reason.startswith("error ") for one in found.worst)
-    assert np.isfinite(found.worst[0].excess)
+    verification = verify(loop, Specification(error=1e-6, within=0.5), DURATION)
+    assert verification.answer == "no"
+    assert all(one.reason.startswith("error ") for one in verification.worst)
+    assert np.isfinite(verification.worst[0].excess)
 
 
 def test_the_worst_paths_are_those_with_the_largest_errors(loop):
     required = Specification(error=1e-3, within=0.6, budget=300)
-    found = verify(loop, required, DURATION)
+    verification = verify(loop, required, DURATION)
     ran = simulate_paths(loop, 256, DURATION)
     late = ran.ote.sel(time=slice(0.6 - 1e-9, None)).max("time").values
-    assert [one.path for one in found.worst] == np.argsort(-late)[:5].tolist()
-    assert found.worst[0].excess == pytest.approx(late.max() / 1e-3)
+    assert [one.path for one in verification.worst] == np.argsort(-late)[:5].tolist()
+    assert verification.worst[0].excess == pytest.approx(late.max() / 1e-3)
 
 
 def test_what_diverges_is_named_with_its_time(loop):
     shaken = Vibration(BaseAcceleration("xz"), WhiteNoise(1e10))
     wild = ClosedLoop(loop.arm, loop.controller, loop.reference, shaken)
-    found = verify(wild, Specification(0.05, 0.2, budget=64), 0.3)
-    worst = found.worst[0]
+    verification = verify(wild, Specification(0.05, 0.2, budget=64), 0.3)
+    worst = verification.worst[0]
     died = float(simulate(wild, 0.3, path=worst.path).diverged_at)
     assert worst.reason == f"diverges at {died:.4g} s"
 
 
 @pytest.mark.parametrize("required", [TIGHT, Specification(0.05, 0.555, share=0.95)])
 def test_the_answer_does_not_depend_on_the_paths_run_at_once(loop, monkeypatch, required):
-    told = []
+    verdicts = []
     for chunk in (1, 7, CHUNK):
         monkeypatch.setattr("ftcfa.study.verification.CHUNK", chunk)
-        told.append(verify(loop, required, DURATION).verdict)
-    assert {one.answer for one in told} == {"undecided" if required is TIGHT else "no"}
+        verdicts.append(verify(loop, required, DURATION).verdict)
+    assert {one.answer for one in verdicts} == {"undecided" if required is TIGHT else "no"}
     if required is not TIGHT:  # what cannot be decided any more is looked at to the chunk's end
-        assert told[0] == told[1] == told[2]
+        assert verdicts[0] == verdicts[1] == verdicts[2]
 
 
 def test_progress_counts_to_the_decision(loop):
@@ -151,7 +152,7 @@ def test_progress_counts_to_the_decision(loop):
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "message"),
     [
         ({"error": 0.0}, "Specification error: 0.0, expected a number > 0 [rad or m]"),
         ({"within": -1}, "Specification within: -1, expected a number > 0 [s]"),
@@ -165,10 +166,10 @@ def test_progress_counts_to_the_decision(loop):
         ),
     ],
 )
-def test_a_specification_checks_its_numbers(values, told):
+def test_a_specification_checks_its_numbers(values, message):
     with pytest.raises(ParameterError) as caught:
         Specification(**{"error": 0.05, "within": 0.5, **values})
-    assert str(caught.value) == told
+    assert str(caught.value) == message
 
 
 def test_a_specification_must_go_with_the_loop(loop):
