@@ -1,4 +1,4 @@
-"""Parts of a loop, frozen dataclasses and NamedTuples, and what of them may differ by path.
+"""Parts of a loop, which are frozen dataclasses or NamedTuples, and parameters that they declare.
 
 A part declares its parameters in one table, by name:
 
@@ -44,7 +44,7 @@ def number_fields(*names: str) -> Parameters:
 
 
 def number_field(name: str, check: Callable[[Any, Array], None] | None = None) -> Parameter:
-    """One of `number_fields`, with a check of its own."""
+    """A parameter that is a field; ``check`` replaces the check by the part's constructor."""
 
     def constructed(part: Any, values: Array) -> None:
         if values.ndim == 1 and len(values) and is_dataclass(part):
@@ -58,13 +58,13 @@ def number_field(name: str, check: Callable[[Any, Array], None] | None = None) -
 
 
 def parameters_of(part: Any) -> Parameters:
-    """The parameters that a part declares; none if it declares nothing."""
+    """Parameters that a part declares; empty if it declares none."""
     declared: Parameters = getattr(part, "varies", {})
     return declared
 
 
 def fields_of(part: Any) -> dict[str, Any]:
-    """The fields of a dataclass or a NamedTuple by name; none of any other object."""
+    """Fields of a dataclass or a NamedTuple by name; empty for any other object."""
     if is_dataclass(part) and not isinstance(part, type):
         return {field.name: getattr(part, field.name) for field in fields(part)}
     return part._asdict() if hasattr(part, "_asdict") else {}

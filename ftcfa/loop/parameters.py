@@ -22,11 +22,11 @@ SHARED = ("reference", "period", "substeps", "integrator", "uncertainty")
 
 
 def parameter(loop: ClosedLoop, name: str) -> Array:
-    """The value of a parameter as a float array.
+    """Value of a parameter as a float array.
 
     Raises:
         UnknownNameError: If the loop has no such parameter; it lists those it has.
-        ParameterError: If the name stands for something else.
+        ParameterError: If the name stands for something else than numbers that may vary.
     """
     holder, word = _holder(loop, name)
     value = getattr(holder, word)
@@ -148,7 +148,7 @@ def _no_parameter(part: Any, above: str, name: str, word: str) -> Exception:
 
 
 def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> Array:
-    """The values of one varied parameter, checked."""
+    """Values of one varied parameter, checked."""
     subject, shape = f"varied {name}", (paths, *parameter(loop, name).shape)
     try:
         values = np.asarray(given, dtype=float)
@@ -174,17 +174,15 @@ def _check_can_vary(name: str, part: Any) -> None:
         ParameterError: If it is no dataclass or NamedTuple, or has attributes that it may have
             computed from its fields when it was made.
     """
+    kind = type(part).__name__
     if not fields_of(part):
-        got, remedy = (
-            f"{type(part).__name__} has no fields",
-            "write @dataclass(frozen=True) above it",
-        )
+        got, remedy = f"{kind} has no fields", "write @dataclass(frozen=True) above it"
         raise ParameterError(f"varied {name}", got, "a frozen dataclass", remedy)
     derived = getattr(part, "__dict__", {}).keys() - fields_of(part).keys() - cached(part)
     if derived:
         raise ParameterError(
             f"varied {name}",
-            f"{type(part).__name__} computed {', '.join(sorted(derived))} when it was made",
+            f"{kind} computed {', '.join(sorted(derived))} when it was made",
             "a part that computes it when it is needed",
             "make it a cached_property, or make a loop for each value",
         )
