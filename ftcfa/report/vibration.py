@@ -18,7 +18,7 @@ from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_C
 from ftcfa.vibration.spectra.section_fit import DB
 from ftcfa.vibration.spectra.spectrum import (
     STANDARD_GRAVITY,
-    band_step_limit,
+    step_limit,
     substeps_needed,
 )
 from ftcfa.vibration.spectra.standards import NOT_STATED, Standard
@@ -108,8 +108,8 @@ def _realised(one: RealisedStandard) -> dict[str, Any]:
     """Record of a standard: its table, the fit, and the spectra of realisations."""
     return {
         **_table(one.standard),
-        "largest_step": band_step_limit(one.standard.spectrum),
-        "substeps": substeps_needed(one.standard.spectrum, PERIOD),
+        "largest_step": step_limit(one.standard.spectrum.band[1]),
+        "substeps": substeps_needed(one.standard.spectrum.band[1], PERIOD),
         "fit": _fit(one.fit),
         "realised": {
             "step": one.step,

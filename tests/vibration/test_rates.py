@@ -20,7 +20,7 @@ from ftcfa import (
     standard,
     standards,
 )
-from ftcfa.vibration.spectra.spectrum import band_step_limit
+from ftcfa.vibration.spectra.spectrum import step_limit
 
 from .masses import run_process
 
@@ -40,7 +40,7 @@ def record(samples=400, axes=2):
 
 
 def limit(name):
-    return band_step_limit(standard(name).spectrum)
+    return step_limit(standard(name).spectrum.band[1])
 
 
 CASES = [

@@ -19,7 +19,7 @@ from ftcfa.checks import (
 )
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
+from ftcfa.vibration.spectra.spectrum import check_step
 
 State = tuple[Traceable, Traceable]
 
@@ -55,7 +55,7 @@ class Harmonic(Excitation):
         amplitudes = vector("Harmonic amplitude", self.amplitude, channels)
         frequencies = vector("Harmonic frequency", self.frequency, channels)
         phases = None if self.phase is None else vector("Harmonic phase", self.phase, channels)
-        check_frequency(float(frequencies.max()), step)
+        check_step(float(frequencies.max()), step)
         return TonesProcess(amplitudes, frequencies, (1,) * channels, step, phases)
 
 
@@ -162,12 +162,3 @@ class TonesProcess(Process):
         """Sum over the lines of each channel, shape (m,)."""
         ends = accumulate(self.counts, initial=0)
         return np.stack([np.sum(terms[i:j]) for i, j in pairwise(ends)])
-
-
-def check_frequency(frequency: float, step: float) -> None:
-    """Refuse an integration step that is too long for a sinusoid, by the rule for bands.
-
-    Raises:
-        ParameterError: Naming the frequency, the step and the substeps needed.
-    """
-    check_step(Spectrum(np.array([0.5, 1.0]) * frequency, np.ones(2)), step)

@@ -14,7 +14,7 @@ from ftcfa.checks import Check, check_fields, positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.record import Record
-from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, Spectrum, substeps_needed
+from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, substeps_needed
 
 UNRESOLVED = 0.01
 """Share of a record's power that may lie above what the integration step resolves."""
@@ -187,7 +187,7 @@ def _check_resolved(record: Record, step: float) -> None:
         return
     axis = int(np.argmax(shares))
     highest = f[np.argmax(np.all((above <= UNRESOLVED) | (powers[-1] == 0), axis=1))]
-    needed = substeps_needed(Spectrum(np.array([0.5, 1.0]) * highest, np.ones(2)), step)
+    needed = substeps_needed(float(highest), step)
     warnings.warn(
         f"integration step: {1e3 * step:.4g} ms, where {100 * shares[axis]:.0f} % of the power of "
         f"the record's {record.axes[axis]} lies above {limit:.4g} Hz, with fewer than "

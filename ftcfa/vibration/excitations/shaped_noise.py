@@ -97,7 +97,7 @@ class ShapedNoise(Excitation):
         """
         for source in self._sources:
             if isinstance(source, Spectrum):
-                check_step(source, step)
+                check_step(source.band[1], step)
             else:
                 _check_filter(source, step)
         outputs = sum(shaping.outputs for shaping in self.filters)

@@ -11,7 +11,7 @@ from ftcfa.checks import Check, check_fields, not_negative_numbers, positive, ve
 from ftcfa.errors import ParameterError
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
-from ftcfa.vibration.excitations.harmonic import check_frequency
+from ftcfa.vibration.spectra.spectrum import check_step
 
 Kind = Literal["logarithmic", "linear"]
 
@@ -74,7 +74,7 @@ class SineSweep(Excitation):
 
     def process(self, channels: int, step: float) -> "SweepProcess":
         """See `Excitation.process`; the step must resolve the highest frequency."""
-        check_frequency(max(self.start, self.stop), step)
+        check_step(max(self.start, self.stop), step)
         return SweepProcess(vector("SineSweep amplitude", self.amplitude, channels), self, step)
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.special import exprel
 
 from ftcfa.arrays import Array
-from ftcfa.checks import counting, numbers, positive
+from ftcfa.checks import numbers, positive
 from ftcfa.errors import ParameterError
 
 STANDARD_GRAVITY = 9.80665
@@ -141,42 +141,34 @@ class Spectrum:
         return a, np.concatenate([[0.0], np.cumsum(powers)])
 
 
-def band_step_limit(spectrum: Spectrum) -> float:
-    """Largest integration step for a band: 1/(8 f_max) [s].
+def step_limit(highest: float) -> float:
+    """Largest integration step for frequencies up to the highest [Hz]: 1/(8 f_max) [s].
 
-    Eight steps a period keep the phase of a sampled force within 1/16 of the shortest period.
+    Eight steps in a period keep the phase of a sampled force within 1/16 of the shortest period.
     """
-    return 1.0 / (SAMPLES_PER_PERIOD * spectrum.band[1])
+    return 1.0 / (SAMPLES_PER_PERIOD * highest)
 
 
-def substeps_needed(spectrum: Spectrum, period: float) -> int:
-    """Smallest number of integration steps in a controller period [s] that resolves the band."""
+def substeps_needed(highest: float, period: float) -> int:
+    """Smallest number of integration steps in a period [s] for frequencies up to the highest."""
     positive("period", period, "s")
-    return math.ceil(period / band_step_limit(spectrum) * (1.0 - 1e-12))  # 0.25 ms of 1 ms is 4
+    return math.ceil(period / step_limit(highest) * (1.0 - 1e-12))  # 0.25 ms of 1 ms is 4
 
 
-def check_step(spectrum: Spectrum, period: float, substeps: int = 1) -> None:
-    """Refuse an integration step that is too long for the band.
-
-    Args:
-        spectrum: Spectrum of the excitation.
-        period: Controller period [s].
-        substeps: Integration steps in a period.
+def check_step(highest: float, step: float) -> None:
+    """Refuse an integration step [s] that is too long for frequencies up to the highest [Hz].
 
     Raises:
         ParameterError: Naming the highest frequency, the step and the substeps needed.
     """
-    counting("substeps", substeps)
-    needed = substeps_needed(spectrum, period)
-    if substeps < needed:
-        high = spectrum.band[1]
-        step = 1e3 * period / substeps
+    needed = substeps_needed(highest, step)
+    if needed > 1:
         raise ParameterError(
             "integration step",
-            f"{step:.4g} ms, for a spectrum up to {high:g} Hz",
-            f"at most {1e3 * band_step_limit(spectrum):.4g} ms "
+            f"{1e3 * step:.4g} ms, for frequencies up to {highest:g} Hz",
+            f"at most {1e3 * step_limit(highest):.4g} ms "
             f"({SAMPLES_PER_PERIOD} steps in the shortest period)",
-            f"take substeps={needed} of the period {1e3 * period:.4g} ms, or a shorter period",
+            f"take substeps={needed} of the period {1e3 * step:.4g} ms, or a shorter period",
         )
 
 

@@ -66,7 +66,7 @@ def test_a_phase_of_every_path_s_own():
 
 
 def test_a_step_must_resolve_the_highest_frequency():
-    message = r"integration step: 1 ms, for a spectrum up to 130 Hz.*take substeps=2 of the period"
+    message = r"integration step: 1 ms, for frequencies up to 130 Hz.*take substeps=2 of the period"
     with pytest.raises(ParameterError, match=message):
         pushed(Harmonic(1.0, [20.0, 130.0]), 2)
     pushed(Harmonic(1.0, [20.0, 125.0]), 2)

@@ -20,7 +20,7 @@ from ftcfa import (
     standards,
 )
 from ftcfa.vibration.excitations import shaped_noise
-from ftcfa.vibration.spectra.spectrum import band_step_limit
+from ftcfa.vibration.spectra.spectrum import step_limit
 
 from ..masses import CONFIDENCE, check_engines, pushed
 
@@ -35,7 +35,7 @@ FIT_DB = 1.5
 
 
 def limit(name):
-    return band_step_limit(standard(name).spectrum)
+    return step_limit(standard(name).spectrum.band[1])
 
 
 @pytest.mark.parametrize("name", standards())

@@ -10,7 +10,7 @@ from ftcfa.errors import ParameterError
 from ftcfa.vibration.spectra.filter_fit import fit_filter
 from ftcfa.vibration.spectra.section_fit import DB_TOLERANCE, RMS_TOLERANCE
 from ftcfa.vibration.spectra.sections import Sections
-from ftcfa.vibration.spectra.spectrum import Spectrum, band_step_limit
+from ftcfa.vibration.spectra.spectrum import Spectrum, step_limit
 from ftcfa.vibration.spectra.standards import standard, standards
 
 HIGHEST_ORDER = 14
@@ -97,7 +97,7 @@ def test_the_realised_spectrum_of_a_simulation(fits, name):
     folds back from beyond the Nyquist frequency is far below it.
     """
     spectrum, filter, paths = standard(name).spectrum, fits[name].filter, 256
-    step, (low, high) = band_step_limit(spectrum), spectrum.band
+    step, (low, high) = step_limit(spectrum.band[1]), spectrum.band
     steps = 2 ** math.ceil(math.log2(20.0 / (low * step)))
     means = simulated(filter, step, paths, steps, seed=1)
     f, estimate = signal.welch(means, 1.0 / step, nperseg=steps, detrend=False, axis=1)
