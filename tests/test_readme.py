@@ -1,7 +1,8 @@
-"""The README's Python and its files, run and read as they stand."""
+"""The README's Python and its files, run and read as they stand; names that READMEs mention."""
 
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
 from ftcfa import read_table
 
@@ -26,3 +27,13 @@ def test_the_code_blocks_run_one_after_the_other(capsys, monkeypatch, tmp_path):
     assert names["floor"].shape == (4000, 3)
     assert Path("again.toml").exists()
     assert list(read_table("my_site.toml")) == ["hall"]
+
+
+def test_every_name_in_the_guide_of_the_package_exists():
+    guide = (README.parent / "ftcfa" / "README.md").read_text()
+    names = set(re.findall(r"`(ftcfa(?:\.\w+)+)`", guide))
+    assert len(names) > 40
+    for name in names:
+        resolve_name(name)
+    paths = set(re.findall(r"\]\(([^)#:]+)\)", guide))
+    assert [path for path in paths if not (README.parent / "ftcfa" / path).exists()] == []
