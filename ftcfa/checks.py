@@ -6,8 +6,8 @@ with its type:
 
     c1: Annotated[float, Check(positive, "1/s")] = 7.5
 
-A part calls `check_fields(self)` in its ``__post_init__``; a reader of files calls `check_field`
-for each value before the part is made, so that it can report all that are wrong.
+A part is checked when it is made (`ftcfa.parts.Part`); a reader of files calls `check_field` for
+each value before, so that it can report all that are wrong.
 """
 
 import math

@@ -46,7 +46,6 @@ import xarray as xr
 from ftcfa.checks import (
     Check,
     about,
-    check_fields,
     counting,
     natural,
     not_negative,
@@ -61,6 +60,7 @@ from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.urdf.source import has_path
+from ftcfa.parts import Part
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.summary import QUANTILES
 from ftcfa.study.verification import Specification, Verification, verify
@@ -78,7 +78,7 @@ def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Experiment:
+class Experiment(Part):
     """A closed loop and how it is run: the contents of an experiment file.
 
     Attributes:
@@ -112,7 +112,7 @@ class Experiment:
     ] = None
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         if self.specification is not None:
             with about("specification"):
                 self.specification.check(self.loop, self.duration)

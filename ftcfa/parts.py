@@ -12,6 +12,14 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 from ftcfa.arrays import Array
+from ftcfa.checks import check_fields
+
+
+class Part:
+    """Base of the dataclasses that are parts: it checks every field as its type declares."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(frozen=True)

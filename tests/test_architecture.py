@@ -14,7 +14,8 @@ PACKAGE = Path(ftcfa.__file__).parent
 LAYERS = (
     {"errors"},
     {"arrays", "files"},
-    {"checks", "parts", "streams"},
+    {"checks", "streams"},
+    {"parts"},
     {"model", "statistics"},  # beside each other: neither knows the other
     {"vibration", "control"},
     {"loop"},

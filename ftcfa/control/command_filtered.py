@@ -1,19 +1,17 @@
 """Asymptotic adaptive command-filtered backstepping, as in [8] and [11] of the paper."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields
-from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
+from ftcfa.checks import Check
+from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
-from ftcfa.control.protocol import Desired, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
 
 
 class CommandFilteredState(NamedTuple):
@@ -28,7 +26,7 @@ class CommandFilteredState(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class CommandFilteredBackstepping:
+class CommandFilteredBackstepping(Law):
     """Adaptive command-filtered backstepping with a second-order filter and known inertia matrix.
 
         z1 = q - q_d,  z2 = v - abar,  v1 = z1 - s1
@@ -53,7 +51,7 @@ class CommandFilteredBackstepping:
         network: The basis functions.
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "alpha": Quantity("rad/s", "virtual control"),
         "abar": Quantity("rad/s", "filtered virtual control"),
         "z1": Quantity("rad", "tracking error"),
@@ -63,14 +61,13 @@ class CommandFilteredBackstepping:
         "theta": Quantity("1", "estimated squared norm of the network's weights"),
     }
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     filter: CommandFilter | str = "second-order"
     compensation: Compensation = "bias"
     network: RBFNetwork = field(default_factory=RBFNetwork)
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
     @property

@@ -5,12 +5,9 @@ from typing import Literal
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import having
 from ftcfa.model.dynamics import Dynamics
 
 Compensation = Literal["none", "gravity", "bias"]
-check_nominal = having("mass_matrix", "an Arm, such as load_arm gives")
-"""The check that a law's nominal arm is an arm."""
 
 
 def compensation_force(

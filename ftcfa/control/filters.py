@@ -16,10 +16,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, positive
+from ftcfa.checks import Check, positive
 from ftcfa.control.fractional import sig
 from ftcfa.errors import UnknownNameError
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 
 NEWTON_STEPS = 8
 """Steps to the root of the cubic. The start is less than three times the root; seven steps reach
@@ -91,7 +91,7 @@ def implicit_super_twisting(
 
 
 @dataclass(frozen=True)
-class _LevantFilter(ABC):
+class _LevantFilter(Part, ABC):
     """Gains and initial state of both discretisations of (6).
 
     Attributes:
@@ -103,9 +103,6 @@ class _LevantFilter(ABC):
     r2: Annotated[float, Check(positive, "rad/s^3")] = 180.0
 
     varies: ClassVar[Parameters] = number_fields("r1", "r2")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def init(self, alpha: Traceable) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
@@ -157,7 +154,7 @@ class ImplicitFilter(_LevantFilter):
 
 
 @dataclass(frozen=True)
-class SecondOrderFilter:
+class SecondOrderFilter(Part):
     """Linear filter of second order (Farrell et al. 2009, [8] of the paper).
 
         psi1' = psi2,   psi2' = -2 zeta omega psi2 - omega^2 (psi1 - alpha)
@@ -174,9 +171,6 @@ class SecondOrderFilter:
     zeta: Annotated[float, Check(positive)] = 1.0
 
     varies: ClassVar[Parameters] = number_fields("omega", "zeta")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def init(self, alpha: Traceable) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
@@ -195,7 +189,7 @@ class SecondOrderFilter:
 
 
 @dataclass(frozen=True)
-class ProperFilter:
+class ProperFilter(Part):
     """Levant's second-order differentiator, implicit, with an output that is not late.
 
         psi1' = -2 L^(1/3) sig(e, 2/3) + psi2,   e = psi1 - alpha
@@ -224,9 +218,6 @@ class ProperFilter:
     L: Annotated[float, Check(positive, "rad/s^4")] = 1e6
 
     varies: ClassVar[Parameters] = number_fields("L")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def init(self, alpha: Traceable) -> ProperState:
         """psi1(0) = alpha(0), psi2(0) = psi3(0) = 0."""

@@ -1,18 +1,16 @@
 """Finite-time backstepping without a filter, as in [15] and [16], and its singularity."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, not_negative
-from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
+from ftcfa.checks import Check, not_negative
+from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -44,31 +42,20 @@ class FiniteTimeBackstepping(MemorylessLaw):
         compensation: Known force that is added to u, as in `FTCF`.
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "alpha": Quantity("rad/s", "virtual control"),
         "z1": Quantity("rad", "tracking error"),
         "z2": Quantity("rad/s", "velocity error"),
     }
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     width: Annotated[float, Check(not_negative, "rad or m")] = 0.0
     compensation: Compensation = "bias"
 
     varies: ClassVar[Parameters] = number_fields("width")
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-    def step(
-        self,
-        state: Memoryless,
-        q: Traceable,
-        v: Traceable,
-        desired: Desired,
-        period: float,  # noqa: ARG002
-    ) -> tuple[Signals, Memoryless]:
-        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+        """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
         g, linear = self.gains, self.gains.linear_position_rate
         z1 = q - desired.q
         beta, slope = joined_power(z1, g.kappa, self.width)
@@ -78,7 +65,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
         a = dalpha - g.c2 * sig(z2, g.kappa) - g.linear_velocity_rate * z2
         force = compensation_force(self.nominal, self.compensation, q, v, alpha)
         u = self.nominal.mass_matrix(q) @ a + force
-        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state
+        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}
 
 
 def joined_power(z: Traceable, kappa: float, width: float) -> tuple[Traceable, Traceable]:

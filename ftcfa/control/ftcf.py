@@ -1,20 +1,18 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
 from ftcfa.arrays import Traceable, solve_spd
-from ftcfa.checks import Check, check_fields, flag
-from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
+from ftcfa.checks import Check, flag
+from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
-from ftcfa.control.protocol import Desired, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
 
 
 class FTCFState(NamedTuple):
@@ -85,7 +83,7 @@ def smooth_saturation(u: Traceable, limit: Traceable) -> Traceable:
 
 
 @dataclass(frozen=True, eq=False)
-class FTCF:
+class FTCF(Law):
     """Finite-time command-filtered adaptive neural backstepping (Song, Zhao, Cui).
 
     At every sample, with sig(x, a) = sign(x) |x|^a component by component:
@@ -123,7 +121,7 @@ class FTCF:
         adaptation: Whether theta moves, (9); if not, it stays zero and the network has no effect.
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "alpha": Quantity("rad/s", "virtual control (7)"),
         "abar": Quantity("rad/s", "filtered virtual control (6)"),
         "z1": Quantity("rad", "tracking error (5)"),
@@ -136,7 +134,6 @@ class FTCF:
         "theta": Quantity("1", "estimated squared norm of the network's weights (9)"),
     }
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     filter: CommandFilter | str = "implicit"
     compensation: Compensation = "none"
@@ -146,7 +143,7 @@ class FTCF:
     adaptation: Annotated[bool, Check(flag)] = True
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
     @property

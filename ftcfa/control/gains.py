@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from ftcfa.checks import Check, check_fields, is_number, positive
+from ftcfa.checks import Check, is_number, positive
 from ftcfa.errors import ParameterError
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 
 
 def check_power(subject: str, value: Any) -> None:
@@ -15,7 +15,7 @@ def check_power(subject: str, value: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Gains:
+class Gains(Part):
     """Gains of the controller in the paper's symbols; the defaults are those of Section V.
 
     Attributes:
@@ -42,9 +42,6 @@ class Gains:
     varies: ClassVar[Parameters] = number_fields(
         "c1", "c2", "k1", "k2", "kappa", "iota", "lambda_", "tau"
     )
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @property
     def linear_position_rate(self) -> float:

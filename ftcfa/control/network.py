@@ -7,13 +7,13 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields, counting, positive
+from ftcfa.checks import Check, counting, positive
 from ftcfa.control.gains import Gains
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 
 
 @dataclass(frozen=True)
-class RBFNetwork:
+class RBFNetwork(Part):
     """Gaussian basis over X = (q, v).
 
         b_k(X) = exp(-|X - gamma_k|^2 / w^2),   gamma_k evenly on the diagonal of [-r, r]^(2n)
@@ -31,9 +31,6 @@ class RBFNetwork:
     half_range: Annotated[float, Check(positive, "rad and rad/s")] = 2.0
 
     varies: ClassVar[Parameters] = number_fields("width", "half_range")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def basis(self, q: Traceable, v: Traceable) -> Traceable:
         """B(X), shape (K,)."""

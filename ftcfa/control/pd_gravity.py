@@ -1,17 +1,14 @@
 """PD control with gravity compensation, the usual controller of a robot without a model."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, positive
-from ftcfa.control.compensation import check_nominal
+from ftcfa.checks import Check, positive
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -30,28 +27,17 @@ class PDGravity(MemorylessLaw):
         velocity_rate: a2 [1/s].
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {"z1": Quantity("rad", "tracking error")}
+    quantities: ClassVar[Quantities] = {"z1": Quantity("rad", "tracking error")}
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-    def step(
-        self,
-        state: Memoryless,
-        q: Traceable,
-        v: Traceable,
-        desired: Desired,
-        period: float,  # noqa: ARG002
-    ) -> tuple[Signals, Memoryless]:
-        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+        """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
         a1, a2 = self.position_rate, self.velocity_rate
         z1, dz1 = q - desired.q, v - desired.v
         D = self.nominal.mass_matrix(self.nominal.home) * np.eye(self.nominal.n)
         u = self.nominal.potential_force(q) - D @ (a1 * a2 * z1 + (a1 + a2) * dz1)
-        return {"u": u, "z1": z1}, state
+        return {"u": u, "z1": z1}

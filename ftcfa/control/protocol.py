@@ -4,10 +4,15 @@ Laws are pure and branch-free: no hidden state, no `if` on values (`np.where` in
 definition then runs on floats, and can be traced, compiled and exported.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, Protocol, TypeAlias
 
 from ftcfa.arrays import Traceable
+from ftcfa.checks import Check, having
+from ftcfa.model.dynamics import Dynamics
+from ftcfa.parts import Part
 
 Signals: TypeAlias = dict[str, Traceable]
 """Values that a law computes in one step, by name; ``u`` is the commanded torque."""
@@ -22,6 +27,10 @@ class Quantity(NamedTuple):
     """Noun phrase, such as ``tracking error (5)``."""
 
 
+Quantities: TypeAlias = Mapping[str, Quantity]
+"""Unit and meaning of signals by name."""
+
+
 class Desired(NamedTuple):
     """The desired motion at one instant."""
 
@@ -33,23 +42,11 @@ class Desired(NamedTuple):
     """Desired acceleration q_d'', shape (n,) [rad/s^2 or m/s^2]."""
 
 
-class Memoryless(NamedTuple):
-    """The state of a law that has none."""
-
-
-class MemorylessLaw:
-    """Base of the laws that have no state."""
-
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:  # noqa: ARG002
-        """The empty state."""
-        return Memoryless()
-
-
 class Controller(Protocol):
     """A sampled control law. It sees the nominal arm, the measurement and the desired motion.
 
-    A law may also have the class attribute ``quantities: ClassVar[Mapping[str, Quantity]]``, the
-    unit and meaning of every signal except ``u``; a signal that it does not list has no unit in
+    A law may also have the class attribute ``quantities: ClassVar[Quantities]``, the unit and
+    meaning of every signal except ``u``; a signal that it does not list has no unit in
     results. All laws of this package list theirs.
     """
 
@@ -72,6 +69,44 @@ class Controller(Protocol):
         ...
 
 
-def quantities(law: Controller) -> Mapping[str, Quantity]:
+@dataclass(frozen=True, eq=False)
+class Law(Part):
+    """Base of the laws of this package.
+
+    Attributes:
+        nominal: The arm as the controller knows it.
+    """
+
+    nominal: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
+
+
+class Memoryless(NamedTuple):
+    """The state of a law that has none."""
+
+
+class MemorylessLaw(Law, ABC):
+    """Base of the laws that have no state: they need `signals` only."""
+
+    @abstractmethod
+    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+        """The signals of one sample: see `Controller.step`."""
+
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:  # noqa: ARG002
+        """The empty state."""
+        return Memoryless()
+
+    def step(
+        self,
+        state: Memoryless,
+        q: Traceable,
+        v: Traceable,
+        desired: Desired,
+        period: float,  # noqa: ARG002
+    ) -> tuple[Signals, Memoryless]:
+        """One sample of the law: see `Controller.step`."""
+        return self.signals(q, v, desired), state
+
+
+def quantities(law: Controller) -> Quantities:
     """Unit and meaning of the signals that a law lists; empty for a law that lists none."""
     return getattr(law, "quantities", {})

@@ -1,16 +1,15 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, having, positive
+from ftcfa.checks import Check, having, positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, Quantity, Signals
+from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, number_fields
 
@@ -44,7 +43,7 @@ class SlotineLiState(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SlotineLi:
+class SlotineLi(Law):
     """Adaptive control that keeps the arm passive (Slotine and Li 1987, Int. J. Robot. Res. 6).
 
         v_r = q_d' - a1 (q - q_d),   s = v - v_r
@@ -70,7 +69,7 @@ class SlotineLi:
         leakage: sigma [1/s].
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "z1": Quantity("rad", "tracking error"),
         "s": Quantity("rad/s", "sliding variable v - v_r"),
         "deviation": Quantity(
@@ -87,9 +86,6 @@ class SlotineLi:
     varies: ClassVar[Parameters] = number_fields(
         "position_rate", "velocity_rate", "adaptation_rate", "leakage"
     )
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @property
     def _arm(self) -> LinearInParameters:

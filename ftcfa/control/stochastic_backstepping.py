@@ -1,15 +1,13 @@
 """Backstepping for manipulators under random vibration, as in [9] and [10] of the paper."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields
-from ftcfa.control.compensation import Compensation, check_nominal, compensation_force
+from ftcfa.checks import Check
+from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.protocol import Desired, Memoryless, MemorylessLaw, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,28 +33,17 @@ class StochasticBackstepping(MemorylessLaw):
         compensation: Known force that is added to u, as in `FTCF`.
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "alpha": Quantity("rad/s", "virtual control"),
         "z1": Quantity("rad", "tracking error"),
         "z2": Quantity("rad/s", "velocity error"),
     }
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     compensation: Compensation = "bias"
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-    def step(
-        self,
-        state: Memoryless,
-        q: Traceable,
-        v: Traceable,
-        desired: Desired,
-        period: float,  # noqa: ARG002
-    ) -> tuple[Signals, Memoryless]:
-        """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+        """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
         a1, a2 = self.gains.position_rate, self.gains.velocity_rate
         z1 = q - desired.q
         alpha = -a1 * z1 + desired.v
@@ -64,4 +51,4 @@ class StochasticBackstepping(MemorylessLaw):
         z2 = v - alpha
         force = compensation_force(self.nominal, self.compensation, q, v, alpha)
         u = self.nominal.mass_matrix(q) @ (dalpha - a2 * z2) + force
-        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}, state
+        return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}

@@ -1,18 +1,16 @@
 """Super-twisting sliding-mode control, discretised so that it does not chatter."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, positive
-from ftcfa.control.compensation import check_nominal, compensation_force
+from ftcfa.checks import Check, positive
+from ftcfa.control.compensation import compensation_force
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -24,7 +22,7 @@ class SuperTwistingState(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SuperTwisting:
+class SuperTwisting(Law):
     """Super-twisting control of a sliding variable (Levant 1993, Int. J. Control 58).
 
         v_r = q_d' - a1 (q - q_d),   s = v - v_r
@@ -53,21 +51,17 @@ class SuperTwisting:
         r2: Gain of the sign term [rad/s^3].
     """
 
-    quantities: ClassVar[Mapping[str, Quantity]] = {
+    quantities: ClassVar[Quantities] = {
         "z1": Quantity("rad", "tracking error"),
         "s": Quantity("rad/s", "sliding variable"),
         "nu": Quantity("rad/s^2", "integral part of the acceleration"),
     }
 
-    nominal: Annotated[Dynamics, Check(check_nominal)]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)")] = Gains().velocity_rate
     r2: Annotated[float, Check(positive, "rad/s^3")] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def init(self, q: Traceable, v: Traceable, desired: Desired) -> SuperTwistingState:  # noqa: ARG002
         """nu(0) = 0."""

@@ -13,7 +13,6 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import (
     Check,
     about,
-    check_fields,
     counting,
     having,
     known_name,
@@ -27,7 +26,7 @@ from ftcfa.loop.references import Reference
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.vibration.excitation import Process
 from ftcfa.vibration.excitations.white_noise import WhiteProcess
 from ftcfa.vibration.vibration import Vibration
@@ -104,7 +103,7 @@ def check_integrator(subject: str, name: Any) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedLoop:
+class ClosedLoop(Part):
     """An arm, its controller, its reference and its vibration, sampled.
 
     The controller reads q and v every ``period``. Its torque, clipped at the arm's effort limit,
@@ -146,7 +145,7 @@ class ClosedLoop:
     varies: ClassVar[Parameters] = number_fields("q0", "v0")
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         if self.uncertainty is not None:
             with about("uncertainty"):
                 self.uncertainty.check(cast(Arm, self.arm))

@@ -10,9 +10,10 @@ import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, check_fields, numbers
+from ftcfa.checks import Check, numbers
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.parts import Part
 
 
 class Reference(Protocol):
@@ -43,7 +44,7 @@ def joint_values(subject: str, values: npt.ArrayLike, unit: str = "") -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Constant:
+class Constant(Part):
     """A posture to hold: q_d(t) = q.
 
     Attributes:
@@ -53,7 +54,7 @@ class Constant:
     q: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")]
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "q", joint_values("Constant q", self.q))
 
     @property
@@ -68,7 +69,7 @@ class Constant:
 
 
 @dataclass(frozen=True, eq=False)
-class Sinusoid:
+class Sinusoid(Part):
     """A sinusoid in each joint.
 
         q_d(t) = offset + amplitude sin(angular_frequency t + phase)
@@ -101,7 +102,7 @@ class Sinusoid:
                 "multiply a frequency in Hz by 2 pi",
                 field="frequency",
             )
-        check_fields(self)
+        super().__post_init__()
         names = ("amplitude", "angular_frequency", "phase", "offset")
         rows = {name: joint_values(f"Sinusoid {name}", getattr(self, name)) for name in names}
         n = max(row.size for row in rows.values())

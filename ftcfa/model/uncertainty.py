@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, check_fields, natural, vector
+from ftcfa.checks import Check, natural, vector
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.model.arm import Arm
 from ftcfa.model.inertia import (
@@ -18,6 +18,7 @@ from ftcfa.model.inertia import (
     pseudo_inertia,
 )
 from ftcfa.model.tree import BodyFrame, KinematicTree
+from ftcfa.parts import Part
 from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
@@ -40,7 +41,7 @@ def check_payload(subject: str, payload: tuple[float, float], unit: str) -> None
 
 
 @dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Part):
     """A distribution of possible robots around a nominal arm; without arguments, it is certain.
 
     Every body is drawn independently. With the ``"log-normal"`` distribution n is a standard normal
@@ -82,7 +83,7 @@ class Uncertainty:
     distribution: Distribution = "log-normal"
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         for name in ("mass", "friction"):
             if self.distribution == "bounded" and getattr(self, name) >= 1:
                 raise ParameterError(

@@ -25,8 +25,9 @@ from scipy import special
 from scipy.optimize import brentq
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, check_fields, counting, probability
+from ftcfa.checks import Check, counting, probability
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.parts import Part
 
 LARGEST_BETA = 1 / 3
 """Largest beta allowed; up to 1/e the refuted shares form an interval, so the bounds are exact."""
@@ -69,7 +70,7 @@ def check_beta(subject: str, beta: float) -> None:
 
 
 @dataclass(frozen=True)
-class SequentialTest:
+class SequentialTest(Part):
     """Test of whether at least a share of all paths succeeds.
 
     If the true share is at most ``share``, it says yes with probability beta at most; if it is at
@@ -90,9 +91,6 @@ class SequentialTest:
     share: Annotated[float, Check(probability)]
     beta: Annotated[float, Check(check_beta)]
     budget: Annotated[int, Check(counting)]
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def judge(self, outcomes: npt.ArrayLike) -> Verdict:
         """The verdict at the first path that decides, or after all.

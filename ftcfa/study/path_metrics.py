@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields, not_negative, positive
+from ftcfa.checks import Check, not_negative, positive
 from ftcfa.control.protocol import Signals
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.study.metrics.metric import Sample, Totals
 from ftcfa.study.metrics.table import METRICS
 
@@ -32,7 +32,7 @@ class Counts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PathMetrics:
+class PathMetrics(Part):
     """An `Observer` that counts the metrics of a path.
 
     Attributes:
@@ -45,9 +45,6 @@ class PathMetrics:
     after: Annotated[float, Check(not_negative, "s")] = 0.0
 
     varies: ClassVar[Parameters] = number_fields("tolerance", "after")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def init(self, n: int) -> Counts:
         """Counters before the first sample."""

@@ -14,7 +14,6 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import (
     Check,
-    check_fields,
     counting,
     natural,
     positive,
@@ -25,6 +24,7 @@ from ftcfa.checks import (
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.parts import Part
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
@@ -51,7 +51,7 @@ def check_confidence(subject: str, value: float) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Specification:
+class Specification(Part):
     """Limits that a run must keep, and the share of runs that must keep them.
 
     Attributes:
@@ -72,9 +72,6 @@ class Specification:
     share: Annotated[float, Check(probability)] = 0.95
     confidence: Annotated[float, Check(check_confidence)] = 0.95
     budget: Annotated[int, Check(counting)] = 10_000
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def check(self, loop: ClosedLoop, duration: float) -> None:
         """Raise ParameterError or ShapeError unless the specification suits runs of a loop."""

@@ -10,8 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields
+from ftcfa.checks import Check
 from ftcfa.errors import ParameterError
+from ftcfa.parts import Part
 
 EACH = "give one for each channel of the noise input, or choose fewer of its axes"
 """Remedy where an excitation has not as many channels as the noise input."""
@@ -76,7 +77,7 @@ class Process(ABC):
         return np.zeros(1), np.zeros(1)
 
 
-class Excitation(ABC):
+class Excitation(Part, ABC):
     """Description of an excitation, from which a `Process` is made for a step length."""
 
     @abstractmethod
@@ -127,7 +128,7 @@ class Superposition(Excitation):
     parts: Annotated[Sequence[Excitation], Check(checked_parts)]
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         parts = checked_parts("Superposition parts", self.parts)
         flat = [p.parts if isinstance(p, Superposition) else (p,) for p in parts]
         object.__setattr__(self, "parts", tuple(part for some in flat for part in some))

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from scipy import signal
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, check_fields, numbers, positive
+from ftcfa.checks import Check, numbers, positive
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.parts import Part
 from ftcfa.vibration.columns import read_columns
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
 
@@ -46,7 +47,7 @@ def check_values(subject: str, given: npt.ArrayLike, unit: str) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class Record(Part):
     """Linear or angular accelerations sampled at even steps.
 
     Attributes:
@@ -62,7 +63,7 @@ class Record:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         values = np.array(self.values, dtype=float)
         axes = self.axes or tuple(f"axis {k + 1}" for k in range(values.shape[1]))
         if len(axes) != values.shape[1]:

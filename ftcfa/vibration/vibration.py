@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, about, check_fields, having, not_negative
+from ftcfa.checks import Check, about, having, not_negative
 from ftcfa.errors import ShapeError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.inputs.noise_input import InputFunction, NoiseInput, StepIntegrals, noise_input
 
@@ -25,7 +25,7 @@ class VibrationState(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Vibration:
+class Vibration(Part):
     """A noise input Lambda(q) and an excitation xi of its channels.
 
     Attributes:
@@ -48,7 +48,7 @@ class Vibration:
         if callable(self.input) and not hasattr(self.input, "matrix"):
             object.__setattr__(self, "input", InputFunction(self.input))
         _ = self._input  # checks it
-        check_fields(self)
+        super().__post_init__()
 
     @property
     def _input(self) -> NoiseInput:

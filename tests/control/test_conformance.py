@@ -114,13 +114,13 @@ def test_every_signal_has_a_unit_and_a_meaning(loop):
 class Spring(MemorylessLaw):
     """A user's law that lists no quantities."""
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
-        return {"u": desired.q - q, "stretch": q - desired.q}, state
+    def signals(self, q, v, desired):  # noqa: ARG002
+        return {"u": desired.q - q, "stretch": q - desired.q}
 
 
 def test_a_signal_that_its_law_does_not_list_has_its_name_and_no_unit():
     arm = load_arm("double_pendulum")
-    loop = ClosedLoop(arm, Spring(), Sinusoid(offset=arm.home))
+    loop = ClosedLoop(arm, Spring(arm), Sinusoid(offset=arm.home))
     run = simulate(loop, DURATION, signals="all")
     assert (run.stretch.units, run.stretch.long_name) == ("", "stretch")
     assert run.u_command.units == "N m"

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import (
     Check,
-    check_fields,
     finite_numbers,
     not_negative_numbers,
     positive_numbers,
@@ -46,9 +45,6 @@ class Harmonic(Excitation):
     phase: Annotated[npt.ArrayLike | None, Check(finite_numbers, "rad")] = None
 
     varies: ClassVar[Parameters] = number_fields("amplitude", "frequency", "phase")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def process(self, channels: int, step: float) -> "TonesProcess":
         """See `Excitation.process`; the step must resolve the highest frequency."""

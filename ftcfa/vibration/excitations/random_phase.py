@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, check_fields, counting
+from ftcfa.checks import Check, counting
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation
 from ftcfa.vibration.excitations.harmonic import TonesProcess
@@ -94,7 +94,7 @@ class RandomPhase(Excitation):
     lines: Annotated[int, Check(counting)] = 200
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "axes", several("RandomPhase axes", self.axes))
 
     @cached_property

@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields, positive
+from ftcfa.checks import Check, positive
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.record import Record
@@ -55,7 +55,7 @@ class RecordedAcceleration(Excitation):
     high_pass: Annotated[float | None, Check(positive, "Hz")] = None
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         if self.high_pass is not None:
             low, high = 1.0 / self._period, 0.5 / self.record.step
             if not low <= self.high_pass < high:

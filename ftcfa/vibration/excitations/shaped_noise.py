@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields
+from ftcfa.checks import Check
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, Process
 from ftcfa.vibration.spectra.filter_fit import FilterFit, fit_filter
@@ -54,7 +54,7 @@ class ShapedNoise(Excitation):
     axes: Annotated[Axis | Sequence[Axis], Check(sources_of)]
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "axes", several("ShapedNoise axes", self.axes))
 
     @classmethod

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields, counting
+from ftcfa.checks import Check, counting
 from ftcfa.errors import ShapeError
 from ftcfa.vibration.excitation import EACH, Excitation, JointProcess, checked_parts
 
@@ -38,7 +38,7 @@ class Stacked(Excitation):
     channels: Annotated[int | Sequence[int], Check(check_shares)] = 1
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         object.__setattr__(self, "parts", checked_parts("Stacked parts", self.parts))
         if len(self.shares) != len(self.parts):
             got = f"{len(self.shares)} numbers"

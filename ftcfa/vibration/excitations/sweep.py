@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields, not_negative_numbers, positive, vector
+from ftcfa.checks import Check, not_negative_numbers, positive, vector
 from ftcfa.errors import ParameterError
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
@@ -47,7 +47,7 @@ class SineSweep(Excitation):
     varies: ClassVar[Parameters] = number_fields("amplitude", "start", "stop", "duration")
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         if self.start == self.stop:
             raise ParameterError(
                 "SineSweep stop",

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, check_fields, numbers
+from ftcfa.checks import Check, numbers
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import EACH, Excitation, Process
@@ -50,9 +50,6 @@ class WhiteNoise(Excitation):
     convention: Convention = "psd"
 
     varies: ClassVar[Parameters] = number_fields("intensity")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @cached_property
     def _varpi(self) -> Array:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields
+from ftcfa.checks import Check
 from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Process
@@ -54,7 +54,7 @@ class BaseMotion(NoiseInput):
     angular: Annotated[Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         check_some_axis("BaseMotion linear and angular", self.linear, self.angular)
 
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:

@@ -8,10 +8,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, check_fields
+from ftcfa.checks import Check
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.vibration.excitation import Process
 
 AXES = ("x", "y", "z")
@@ -42,7 +42,7 @@ class StepIntegrals(NamedTuple):
     """U, stationary integral of W, at the start of the step."""
 
 
-class NoiseInput(ABC):
+class NoiseInput(Part, ABC):
     """Matrix Lambda(q) from m channels of excitation to n joint forces.
 
     A noise input of your own needs `matrix` only. An input with a state, such as a base that
@@ -53,8 +53,8 @@ class NoiseInput(ABC):
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m)."""
 
-    def check(self, process: Process) -> None:  # noqa: B027 (by default, any is accepted)
-        """Raise ParameterError if this input cannot take an excitation."""
+    def check(self, process: Process) -> None:
+        """Raise ParameterError if this input cannot take an excitation; it takes any by default."""
 
     def init(self) -> Any:
         """State of the input before the first step: arrays in tuples."""
@@ -127,7 +127,7 @@ class BaseAcceleration(NoiseInput):
     axes: Annotated[Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         check_some_axis("BaseAcceleration axes", self.axes)
 
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
@@ -182,7 +182,7 @@ class FrameWrench(NoiseInput):
     moment: Annotated[Sequence[str], Check(check_axes)] = ""
 
     def __post_init__(self) -> None:
-        check_fields(self)
+        super().__post_init__()
         check_some_axis("FrameWrench force and moment", self.force, self.moment)
 
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:

@@ -26,8 +26,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ftcfa.checks import Check, check_fields, known_name, positive
+from ftcfa.checks import Check, known_name, positive
 from ftcfa.errors import ParameterError
+from ftcfa.parts import Part
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
 
 PROVENANCE = "ISO 8608 as quoted in the open literature; unverified in the standard itself"
@@ -45,7 +46,7 @@ ROAD_CLASSES = {
 
 
 @dataclass(frozen=True)
-class QuarterCar:
+class QuarterCar(Part):
     """A wheel and its share of the body: two masses, a suspension, a tyre without damping.
 
         m_s z_s'' = -k_s (z_s - z_u) - c_s (z_s' - z_u')
@@ -64,9 +65,6 @@ class QuarterCar:
     suspension_stiffness: Annotated[float, Check(positive, "N/m")]
     suspension_damping: Annotated[float, Check(positive, "N s/m")]
     tyre_stiffness: Annotated[float, Check(positive, "N/m")]
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def filter(self) -> LinearFilter:
         """Filter from the road's velocity z_r', white of intensity 1 m^2/s, to z_s''.
@@ -109,7 +107,7 @@ def check_vehicle(subject: str, vehicle: Any) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Road:
+class Road(Part):
     """A vehicle's floor on a road: one axis of `ShapedNoise`.
 
     Attributes:
@@ -126,9 +124,6 @@ class Road:
     road_class: Annotated[str, Check(check_road_class)]
     speed: Annotated[float, Check(positive, "m/s")]
     vehicle: Annotated[QuarterCar | LinearFilter, Check(check_vehicle)] = PASSENGER_CAR
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     @property
     def velocity_intensity(self) -> float:
