@@ -41,8 +41,8 @@ def follow(folder, blocks):
         elif language == "diff":
             insert(folder, text)
         else:
-            command = text.replace("ftcfa ", f"{sys.executable} -m ftcfa ")
-            command = command.replace("python ", f"{sys.executable} ")
+            command = text.replace("python ", f"{sys.executable} ")
+            command = command.replace("ftcfa ", f"{sys.executable} -m ftcfa ")
             command = command.replace("pytest ", f"{sys.executable} -m pytest -n 0 ")
             done = subprocess.run(
                 ["bash", "-euc", command],
