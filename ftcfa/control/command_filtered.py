@@ -1,20 +1,19 @@
 """Asymptotic adaptive command-filtered backstepping, as in [8] and [11] of the paper."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple, cast
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check
-from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
-from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
 
 
-class CommandFilteredState(NamedTuple):
+class FilteredState(NamedTuple):
     """State of the controller."""
 
     filter: Any
@@ -70,52 +69,40 @@ class CommandFilteredBackstepping(Law):
         super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
-    @property
-    def _filter(self) -> CommandFilter:
-        return cast(CommandFilter, self.filter)
-
     def _virtual_control(self, z1: Traceable, dq_d: Traceable) -> Traceable:
         return -self.gains.position_rate * z1 + dq_d
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> CommandFilteredState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FilteredState:  # noqa: ARG002
         """psi1(0) = alpha(0); all else zero."""
         alpha = self._virtual_control(q - desired.q, desired.v)
-        return CommandFilteredState(self._filter.init(alpha), np.zeros_like(q), np.zeros(1))
+        return FilteredState(command_filter(self.filter).init(alpha), np.zeros_like(q), np.zeros(1))
 
     def step(
         self,
-        state: CommandFilteredState,
+        state: FilteredState,
         q: Traceable,
         v: Traceable,
         desired: Desired,
         period: float,
-    ) -> tuple[Signals, CommandFilteredState]:
+    ) -> tuple[Signals, FilteredState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         g, theta = self.gains, state.theta
         z1 = q - desired.q
         alpha = self._virtual_control(z1, desired.v)
-        abar, dabar, filter_state = self._filter.step(state.filter, alpha, period)
+        abar, dabar, filter_state = command_filter(self.filter).step(state.filter, alpha, period)
         z2 = v - abar
         B = self.network.basis(q, v)
         BB = B @ B
 
         a = dabar - g.velocity_rate * z2 - network_acceleration(g, z2, theta, BB)
-        force = compensation_force(self.nominal, self.compensation, q, v, abar)
+        force = self.known_force(self.compensation, q, v, abar)
         u = self.nominal.mass_matrix(q) @ a + force
 
-        new = CommandFilteredState(
+        new = FilteredState(
             filter=filter_state,
             s1=leaky_step(state.s1, g.position_rate, abar - alpha, period),
             theta=leaky_step(theta, g.iota, adaptation_drive(g, z2, BB), period),
         )
-        signals = {
-            "u": u,
-            "alpha": alpha,
-            "abar": abar,
-            "z1": z1,
-            "z2": z2,
-            "v1": z1 - state.s1,
-            "s1": state.s1,
-            "theta": theta[0],
-        }
-        return signals, new
+        errors = {"z1": z1, "z2": z2, "v1": z1 - state.s1}
+        states = {"s1": state.s1, "theta": theta[0]}
+        return {"u": u, "alpha": alpha, "abar": abar, **errors, **states}, new

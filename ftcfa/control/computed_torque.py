@@ -5,7 +5,6 @@ from typing import Annotated, ClassVar
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
-from ftcfa.control.compensation import compensation_force
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.parts import Parameters, number_fields
@@ -38,5 +37,5 @@ class ComputedTorque(MemorylessLaw):
         a1, a2 = self.position_rate, self.velocity_rate
         z1, dz1 = q - desired.q, v - desired.v
         a = desired.a - (a1 + a2) * dz1 - a1 * a2 * z1
-        force = compensation_force(self.nominal, "bias", q, v, desired.v)
+        force = self.known_force("bias", q, v, desired.v)
         return {"u": self.nominal.mass_matrix(q) @ a + force, "z1": z1}

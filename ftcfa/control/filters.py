@@ -9,7 +9,6 @@ filters are a linear second-order one and Levant's second-order differentiator, 
 derivative is not late.
 """
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
@@ -91,7 +90,7 @@ def implicit_super_twisting(
 
 
 @dataclass(frozen=True)
-class _LevantFilter(Part, ABC):
+class _LevantFilter(Part):
     """Gains and initial state of both discretisations of (6).
 
     Attributes:
@@ -107,12 +106,6 @@ class _LevantFilter(Part, ABC):
     def init(self, alpha: Traceable) -> FilterState:
         """psi1(0) = alpha(0), psi2(0) = 0."""
         return FilterState(alpha, np.zeros_like(alpha))
-
-    @abstractmethod
-    def step(
-        self, state: FilterState, alpha: Traceable, period: float
-    ) -> tuple[Traceable, Traceable, FilterState]:
-        """Filter one sample: see `CommandFilter.step`."""
 
 
 @dataclass(frozen=True)
@@ -133,13 +126,8 @@ class ExplicitFilter(_LevantFilter):
 class ImplicitFilter(_LevantFilter):
     """Implicit Euler step of (6), solved in closed form: it does not chatter at any period.
 
-    With b = psi1 - alpha + h psi2 (old psi2):
-
-        |b| <= h^2 r2:  psi1 <- alpha,                psi2 <- psi2 - b/h
-        otherwise:      psi1 <- alpha + sign(b) y^2,  psi2 <- psi2 - h r2 sign(b)
-                        y = (-h r1 + sqrt(h^2 r1^2 + 4 (|b| - h^2 r2))) / 2
-
-    Once psi1 = alpha, the derivative is the backward difference, which is half a period late.
+    It is `implicit_super_twisting` with x = psi1 - alpha and nu = psi2. Once psi1 = alpha, the
+    derivative is the backward difference, which is half a period late.
     """
 
     def step(

@@ -7,10 +7,16 @@ import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, not_negative
-from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.fractional import SMALLEST, sig
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
+from ftcfa.control.protocol import (
+    Compensation,
+    Desired,
+    MemorylessLaw,
+    Quantities,
+    Quantity,
+    Signals,
+)
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -63,7 +69,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
         dalpha = -(g.c1 * slope + linear) * (v - desired.v) + desired.a
         z2 = v - alpha
         a = dalpha - g.c2 * sig(z2, g.kappa) - g.linear_velocity_rate * z2
-        force = compensation_force(self.nominal, self.compensation, q, v, alpha)
+        force = self.known_force(self.compensation, q, v, alpha)
         u = self.nominal.mass_matrix(q) @ a + force
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}
 

@@ -1,18 +1,17 @@
 """The paper's controller: finite-time command-filtered adaptive backstepping, (5) to (12)."""
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple, cast
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Traceable, solve_spd
 from ftcfa.checks import Check, flag
-from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
-from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
 
 
 class FTCFState(NamedTuple):
@@ -35,14 +34,7 @@ def virtual_control(gains: Gains, v1: Traceable, dq_d: Traceable, rho: Traceable
 
         alpha = -c1 sig(v1, kappa) - 3/4 (1 + k1) v1 + q_d' - rho          (7)
 
-    Args:
-        gains: c1, k1 and kappa.
-        v1: Compensated tracking error, shape (n,) [rad].
-        dq_d: Desired velocity, shape (n,) [rad/s].
-        rho: Anti-saturation state, shape (n,) [rad/s].
-
-    Returns:
-        alpha, shape (n,) [rad/s].
+    Shapes and units are those of `FTCF`; dq_d is q_d', shape (n,) [rad/s].
     """
     return -gains.c1 * sig(v1, gains.kappa) - gains.linear_position_rate * v1 + dq_d - rho
 
@@ -54,15 +46,7 @@ def commanded_acceleration(
 
         a = -c2 sig(v2, kappa) - (3/4 k2 + 5/4) v2 - theta v2 (B^T B)/(4 tau) - rho      (8)
 
-    Args:
-        gains: c2, k2, kappa and tau.
-        v2: Compensated velocity error, shape (n,) [rad/s].
-        theta: Estimate of the squared norm of the network's weights, shape (1,).
-        BB: B^T B of the network.
-        rho: Anti-saturation state, shape (n,) [rad/s].
-
-    Returns:
-        a, shape (n,) [rad/s^2].
+    Shapes and units are those of `FTCF`; BB is B^T B.
     """
     return (
         -gains.c2 * sig(v2, gains.kappa)
@@ -73,12 +57,7 @@ def commanded_acceleration(
 
 
 def smooth_saturation(u: Traceable, limit: Traceable) -> Traceable:
-    """The smooth saturation eta(u) = u* tanh(u/u*) of the paper, shape (n,) [N m or N].
-
-    Args:
-        u: Torque, shape (n,) [N m or N].
-        limit: Effort limits u*, shape (n,) [N m or N].
-    """
+    """The smooth saturation eta(u) = u* tanh(u/u*) with the limits u*, shape (n,) [N m or N]."""
     return limit * np.tanh(u / limit)
 
 
@@ -146,15 +125,11 @@ class FTCF(Law):
         super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
-    @property
-    def _filter(self) -> CommandFilter:
-        return cast(CommandFilter, self.filter)
-
     def init(self, q: Traceable, v: Traceable, desired: Desired) -> FTCFState:  # noqa: ARG002
         """psi1(0) = alpha(0); all else zero."""
         zero = np.zeros_like(q)
         alpha = virtual_control(self.gains, q - desired.q, desired.v, zero)
-        return FTCFState(self._filter.init(alpha), zero, zero, zero, np.zeros(1))
+        return FTCFState(command_filter(self.filter).init(alpha), zero, zero, zero, np.zeros(1))
 
     def step(
         self, state: FTCFState, q: Traceable, v: Traceable, desired: Desired, period: float
@@ -164,7 +139,7 @@ class FTCF(Law):
         z1 = q - desired.q
         v1 = z1 - state.s1
         alpha = virtual_control(g, v1, desired.v, rho)
-        abar, _, filter_state = self._filter.step(state.filter, alpha, period)
+        abar, _, filter_state = command_filter(self.filter).step(state.filter, alpha, period)
         z2 = v - abar
         v2 = z2 - state.s2 - rho
         B = self.network.basis(q, v)
@@ -172,7 +147,7 @@ class FTCF(Law):
 
         M = self.nominal.mass_matrix(q)
         a = commanded_acceleration(g, v2, theta, BB, rho)
-        u = M @ a + compensation_force(self.nominal, self.compensation, q, v, v - v2)
+        u = M @ a + self.known_force(self.compensation, q, v, v - v2)
 
         eta = smooth_saturation(u, self.nominal.effort_limit)
         gap = solve_spd(M, eta - u)  # Mbar^-1 (eta(u) - u), (11)
@@ -187,17 +162,6 @@ class FTCF(Law):
         if self.adaptation:
             drive = adaptation_drive(g, v2, BB)
             new = new._replace(theta=leaky_step(theta, g.iota, drive, period))
-        signals = {
-            "u": u,
-            "alpha": alpha,
-            "abar": abar,
-            "z1": z1,
-            "z2": z2,
-            "v1": v1,
-            "v2": v2,
-            "s1": state.s1,
-            "s2": state.s2,
-            "rho": rho,
-            "theta": theta[0],
-        }
-        return signals, new
+        errors = {"z1": z1, "z2": z2, "v1": v1, "v2": v2}
+        states = {"s1": state.s1, "s2": state.s2, "rho": rho, "theta": theta[0]}
+        return {"u": u, "alpha": alpha, "abar": abar, **errors, **states}, new

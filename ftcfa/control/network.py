@@ -43,11 +43,8 @@ class RBFNetwork(Part):
 def network_acceleration(gains: Gains, v2: Traceable, theta: Traceable, BB: Traceable) -> Traceable:
     """Part of the network in (8), theta v2 (B^T B)/(4 tau), shape (n,) [rad/s^2].
 
-    Args:
-        gains: tau.
-        v2: Velocity error that the law uses, shape (n,) [rad/s].
-        theta: Estimate of the squared norm of the network's weights, shape (1,).
-        BB: B^T B of the network.
+    v2 is the velocity error that the law uses, shape (n,) [rad/s]; theta the estimate of the
+    squared norm of the network's weights, shape (1,); BB = B^T B.
     """
     return theta * v2 * BB / (4.0 * gains.tau)
 
@@ -55,10 +52,7 @@ def network_acceleration(gains: Gains, v2: Traceable, theta: Traceable, BB: Trac
 def adaptation_drive(gains: Gains, v2: Traceable, BB: Traceable) -> Traceable:
     """Rate of theta without its leakage, lambda/(4 tau) (v2^T v2)^2 (B^T B), (9).
 
-    Args:
-        gains: lambda and tau.
-        v2: Velocity error that the law uses, shape (n,) [rad/s].
-        BB: B^T B of the network.
+    v2 and BB are those of `network_acceleration`.
     """
     return gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
 

@@ -1,4 +1,4 @@
-"""The one protocol of all controllers.
+"""The one protocol of all controllers, and the base of the laws of this package.
 
 Laws are pure and branch-free: no hidden state, no `if` on values (`np.where` instead). One
 definition then runs on floats, and can be traced, compiled and exported.
@@ -7,7 +7,9 @@ definition then runs on floats, and can be traced, compiled and exported.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple, Protocol, TypeAlias
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, having
@@ -29,6 +31,8 @@ class Quantity(NamedTuple):
 
 Quantities: TypeAlias = Mapping[str, Quantity]
 """Unit and meaning of signals by name."""
+Compensation = Literal["none", "gravity", "bias"]
+"""Known force that a law adds to its torque: see `Law.known_force`."""
 
 
 class Desired(NamedTuple):
@@ -78,6 +82,31 @@ class Law(Part):
     """
 
     nominal: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
+
+    def known_force(
+        self, choice: Compensation, q: Traceable, v: Traceable, v_r: Traceable
+    ) -> Traceable:
+        """Nominal force that a law adds to its torque, shape (n,) [N m or N].
+
+        Friction is taken at the velocity v_r. Taken at the measured velocity, the friction of a
+        light joint would change its sign or its size within a period, and the loop would creep or
+        diverge.
+
+        Args:
+            choice: ``"none"``, ``"gravity"`` h(q), or ``"bias"`` C v + h + f.
+            q: Measured position, shape (n,) [rad or m].
+            v: Measured velocity, shape (n,) [rad/s or m/s].
+            v_r: Velocity to which the law drives v, shape (n,) [rad/s or m/s].
+        """
+        arm = self.nominal
+        match choice:
+            case "gravity":
+                return arm.potential_force(q)
+            case "bias":
+                friction = arm.damping_matrix(v_r) @ v_r - arm.damping_matrix(v) @ v
+                return arm.bias_force(q, v) + friction
+            case _:
+                return np.zeros_like(q)
 
 
 class Memoryless(NamedTuple):

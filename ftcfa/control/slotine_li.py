@@ -1,7 +1,7 @@
 """Adaptive control of the inertial parameters (Slotine and Li 1987)."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, NamedTuple, Protocol, cast
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -10,28 +10,11 @@ from ftcfa.checks import Check, having, positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.model.arm import Arm
 from ftcfa.parts import Parameters, number_fields
 
 ADAPTATION_SCALE = 9.81
 """Acceleration g that turns the rate of adaptation into the gain gamma [m/s^2]."""
-
-
-class LinearInParameters(Dynamics, Protocol):
-    """An arm whose torque is known as a linear function of its inertial parameters, as `Arm`'s."""
-
-    @property
-    def inertial_weights(self) -> Traceable:
-        """See `Arm.inertial_weights`."""
-        ...
-
-    def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
-        """See `Arm.coriolis_matrix`."""
-        ...
-
-    def regressor(self, q: Traceable, v: Traceable, v_r: Traceable, a_r: Traceable) -> Traceable:
-        """See `Arm.regressor`."""
-        ...
 
 
 class SlotineLiState(NamedTuple):
@@ -77,7 +60,7 @@ class SlotineLi(Law):
         ),
     }
 
-    nominal: Annotated[Dynamics, Check(having("regressor", "an Arm, such as load_arm gives"))]
+    nominal: Annotated[Arm, Check(having("regressor", "an Arm, such as load_arm gives"))]
     position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
     velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
     adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0
@@ -87,19 +70,15 @@ class SlotineLi(Law):
         "position_rate", "velocity_rate", "adaptation_rate", "leakage"
     )
 
-    @property
-    def _arm(self) -> LinearInParameters:
-        return cast(LinearInParameters, self.nominal)
-
     def init(self, q: Traceable, v: Traceable, desired: Desired) -> SlotineLiState:  # noqa: ARG002
         """The nominal parameters: d(0) = 0."""
-        return SlotineLiState(np.zeros_like(self._arm.inertial_weights))
+        return SlotineLiState(np.zeros_like(self.nominal.inertial_weights))
 
     def step(
         self, state: SlotineLiState, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, SlotineLiState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
-        arm, d = self._arm, state.deviation
+        arm, d = self.nominal, state.deviation
         z1 = q - desired.q
         v_r = desired.v - self.position_rate * z1
         a_r = desired.a - self.position_rate * (v - desired.v)

@@ -5,9 +5,15 @@ from typing import Annotated, ClassVar
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check
-from ftcfa.control.compensation import Compensation, compensation_force
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
+from ftcfa.control.protocol import (
+    Compensation,
+    Desired,
+    MemorylessLaw,
+    Quantities,
+    Quantity,
+    Signals,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +55,6 @@ class StochasticBackstepping(MemorylessLaw):
         alpha = -a1 * z1 + desired.v
         dalpha = -a1 * (v - desired.v) + desired.a
         z2 = v - alpha
-        force = compensation_force(self.nominal, self.compensation, q, v, alpha)
+        force = self.known_force(self.compensation, q, v, alpha)
         u = self.nominal.mass_matrix(q) @ (dalpha - a2 * z2) + force
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}

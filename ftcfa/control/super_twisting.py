@@ -7,7 +7,6 @@ import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
-from ftcfa.control.compensation import compensation_force
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
@@ -78,6 +77,6 @@ class SuperTwisting(Law):
         x, change = implicit_super_twisting(s, np.zeros_like(s), self.r1, self.r2, period)
         nu = state.nu + change
         a = a_r + (x - s) / period + nu
-        force = compensation_force(self.nominal, "bias", q, v, v_r)
+        force = self.known_force("bias", q, v, v_r)
         u = self.nominal.mass_matrix(q) @ a + force
         return {"u": u, "z1": z1, "s": s, "nu": state.nu}, SuperTwistingState(nu)
