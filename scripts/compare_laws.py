@@ -24,9 +24,8 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.comparison import comparison_record
+from ftcfa.report.comparison import comparison_record, print_comparison
 from ftcfa.report.comparison_figure import comparison_figure
-from ftcfa.report.comparison_table import print_comparison
 from ftcfa.report.figures import rendered
 from ftcfa.study.comparison import compare
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
@@ -36,11 +35,6 @@ FIGURES = Path(__file__).parent / "figures"
 TRUCK = [f"mil_std_810g_highway_truck_{a}" for a in ("longitudinal", "transverse", "vertical")]
 PATHS = {"pendulum": 10_000, "panda": 1_000}
 DURATION = {"pendulum": 10.0, "panda": 5.0}
-
-
-def pendulum():
-    """The loop of the paper's study with the corrected plant."""
-    return closed_loop(FINITE_TIME)
 
 
 def panda():
@@ -56,7 +50,10 @@ def panda():
     )
 
 
-LOOPS = {"pendulum": (pendulum, "Double pendulum"), "panda": (panda, "Panda on a truck's floor")}
+LOOPS = {
+    "pendulum": (closed_loop(FINITE_TIME), "Double pendulum"),
+    "panda": (panda(), "Panda on a truck's floor"),
+}
 
 
 def main():
@@ -68,19 +65,14 @@ def main():
     options = parser.parse_args()
     make_folder(options.out)
     console = Console(highlight=False)
-    for name, (make, title) in LOOPS.items():
+    for name, (loop, title) in LOOPS.items():
         paths = 16 if options.quick else options.paths or PATHS[name]
         duration = 0.5 if options.quick else DURATION[name]
-        loop = make()
-        for kind, loops in (
-            ("rivals", rivals(loop)),
-            ("ablations", ablations(loop)),
-            ("conditions", conditions(loop)),
-        ):
-            console.print(f"\n{title}: {kind}\n")
-            dataset = compare(loops, paths, duration)
+        for variants in (rivals, ablations, conditions):
+            console.print(f"\n{title}: {variants.__name__}\n")
+            dataset = compare(variants(loop), paths, duration)
             print_comparison(comparison_record(dataset), console)
-            if kind == "rivals":
+            if variants is rivals:
                 image = rendered(comparison_figure(dataset, title))["png"]
                 write_whole(options.out / f"rivals-{name}.png", image)
 

@@ -14,10 +14,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from ftcfa import ensemble, settled_in_mean_square, settling
-from ftcfa.report.figures import BLUE, GREY, INK, ORANGE, STYLE, rendered
+from ftcfa.report.figures import BLUE, ORANGE, STYLE, draw_level, label_level, page, rendered
 from ftcfa.statistics.moments import Moments, paired_differences
 from ftcfa.study.reproduction import ASYMPTOTIC, BAND, FINITE_TIME, closed_loop
 
@@ -68,18 +67,15 @@ def print_differences(first, second):
 @mpl.rc_context(STYLE)
 def draw(runs):
     """Mean square with its band, and the distributions of the settling time with theirs."""
-    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
-    square, settle = figure.subplots(2, 1)
     one = next(iter(runs.values()))
     duration = one.attrs["duration"]
-    figure.suptitle(
-        f"Finite-time (κ < 1) against asymptotic (κ = 1): {one.sizes['path']:,} paths each\n",
-        x=0.01, ha="left", fontsize=11, fontweight="bold",
-    )  # fmt: skip
-    figure.text(
-        0.01, 0.95, "double pendulum, corrected plant, noise as printed (Σ = 0.1); 95 % bands, "
-        "where they are wider than the lines", fontsize=8.5, color=GREY, va="top",
-    )  # fmt: skip
+    title = f"Finite-time (κ < 1) against asymptotic (κ = 1): {one.sizes['path']:,} paths each"
+    note = (
+        "double pendulum, corrected plant, noise as printed (Σ = 0.1); 95 % bands, "
+        "where they are wider than the lines"
+    )
+    figure = page(5.6, title, note)
+    square, settle = figure.subplots(2, 1)
     for (name, run), color in zip(runs.items(), (BLUE, ORANGE), strict=True):
         value, low, high = run["ote_mean_square"].values
         square.fill_between(run["time"], low, high, color=color, alpha=0.4, linewidth=0)
@@ -92,15 +88,8 @@ def draw(runs):
         settle.plot(time, share, color=color, drawstyle="steps-post", label=name)
         if times.censored:
             text = f"{name}: {times.censored:,} of {run.sizes['path']:,} not by {duration:g} s"
-            settle.annotate(
-                text, (0.99, share[-1]), (0, 5), xycoords=("axes fraction", "data"),
-                textcoords="offset points", ha="right", color=color, fontsize=8,
-            )  # fmt: skip
-    square.axhline(BAND**2, color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
-    square.annotate(
-        f"({BAND:g} rad)²", (0.99, BAND**2), (0, 4), xycoords=("axes fraction", "data"),
-        textcoords="offset points", ha="right", fontsize=8,
-    )  # fmt: skip
+            label_level(settle, share[-1], text, color)
+    draw_level(square, BAND**2, f"({BAND:g} rad)²")
     square.set_yscale("log")
     square.set_ylabel("$E|z_1|^2$  [rad²]")
     settle.set_ylabel(f"share settled to {BAND:g} rad\nuntil the end (Kaplan-Meier)")

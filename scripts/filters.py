@@ -12,15 +12,14 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from rich.console import Console
 
 from ftcfa import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
 from ftcfa.arrays import Array
 from ftcfa.control.filters import CommandFilter
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, INK, ORANGE, STYLE, WIDTH, rendered
-from ftcfa.report.terminal import plain_table
+from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, INK, ORANGE, STYLE, page, rendered
+from ftcfa.report.terminal import print_line, print_table
 
 AMPLITUDE, FREQUENCY = 5.0, 3.0
 SECOND, THIRD = AMPLITUDE * FREQUENCY**2, AMPLITUDE * FREQUENCY**3
@@ -57,8 +56,7 @@ def error(chosen: CommandFilter, period: float, noise: float) -> float:
 @mpl.rc_context(STYLE)
 def figure(steps: dict[str, Array], noises: dict[str, Array]) -> Figure:
     """Errors against the period without noise, and against the noise at 1 ms."""
-    drawn = Figure(figsize=(WIDTH, 3.9), layout=ConstrainedLayoutEngine())
-    drawn.suptitle("Derivative of 5 sin 3t", x=0.01, ha="left", fontweight="bold")
+    drawn = page(3.9, "Derivative of 5 sin 3t")
     left, right = drawn.subplots(1, 2, sharey=True)
     for name, (_, colour, dashes) in FILTERS.items():
         left.loglog(1e3 * PERIODS, steps[name], color=colour, linestyle=dashes, label=name)
@@ -94,14 +92,10 @@ def main() -> None:
         ("no noise, by period", "ms", 1e3 * PERIODS, steps),
         ("period 1 ms, by noise on a sample", "rad/s", NOISES, noises),
     ):
-        table = plain_table()
-        for header in ("filter", *(f"{value:g} {unit}" for value in values)):
-            table.add_column(header, justify="right" if header != "filter" else "left")
-        for name, row in errors.items():
-            table.add_row(name, *(f"{value:.2g}" for value in row))
-        heading = f"Rms error of the derivative [rad/s^2], {title}"
-        console.print(heading, style="bold", markup=False)
-        console.print(table)
+        print_line(f"Rms error of the derivative [rad/s^2], {title}", console, "bold")
+        heads = ["filter", *(f"{value:g} {unit}" for value in values)]
+        rows = ([name, *(f"{value:.2g}" for value in row)] for name, row in errors.items())
+        print_table(heads, rows, console, "wr")
         console.print()
     write_whole(options.out / "filters.png", rendered(figure(steps, noises))["png"])
 

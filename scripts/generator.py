@@ -20,7 +20,7 @@ from ftcfa import ClosedLoop, bounds
 from ftcfa.files import make_folder, write_whole
 from ftcfa.report.bounds_figure import bounds_figure
 from ftcfa.report.figures import rendered
-from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.report.terminal import print_table
 from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 from ftcfa.theory.demonstrations import LINK_EPS, PI1, hanging_link, hanging_pendulum
@@ -83,22 +83,16 @@ def print_study(study: TheoremPaths) -> None:
 
 def print_entries(rows: dict[str, TheoremPaths]) -> None:
     """Print the first entry, its bound and its premises, a row a loop."""
-    table = plain_table()
-    headers = ("loop", "|z1| <=\nrad", "V0/Vinf", "E[entry] <=\ns", "measured\ns", "premises\nhold")
-    for header in headers:
-        table.add_column(header, justify="left" if header == "loop" else "right", no_wrap=True)
+    heads = ("loop", "|z1| <=\nrad", "V0/Vinf", "E[entry] <=\ns", "measured\ns", "premises\nhold")
+    cells = []
     for name, followed in rows.items():
         promised, entry = followed.bounds, Moments.of(followed.entry).skewness_corrected()
         half = float(entry.high - entry.low) / 2
-        table.add_row(
-            name,
-            f"{promised.ultimate_error:.3g}",
-            f"{promised.V0 / promised.Vinf:.3g}",
-            f"{promised.first_entry:.3g}",
-            f"{float(entry.value):.4f} ± {half:.4f}",
-            f"{100 * np.mean(followed.premises_hold):.1f} %",
-        )
-    print_fitted(table, Console(highlight=False, markup=False))
+        numbers = (promised.ultimate_error, promised.V0 / promised.Vinf, promised.first_entry)
+        measured = f"{float(entry.value):.4f} ± {half:.4f}"
+        hold = f"{100 * np.mean(followed.premises_hold):.1f} %"
+        cells.append([name, *(f"{x:.3g}" for x in numbers), measured, hold])
+    print_table(heads, cells, Console())
     print("premises: theta, eps and pi1 suffice until the first entry; the bound needs no more.")
 
 

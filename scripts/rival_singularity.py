@@ -11,12 +11,12 @@ rival-singularity.png.
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from rich.console import Console
 
 from ftcfa import (
@@ -31,9 +31,9 @@ from ftcfa import (
 )
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, WIDTH, rendered
-from ftcfa.report.terminal import plain_table
-from ftcfa.study.reproduction import GRAVITY, Q0, REFERENCE, V0
+from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, page, rendered
+from ftcfa.report.terminal import print_line, print_table
+from ftcfa.study.reproduction import Case, closed_loop
 
 STEP = 0.125e-3
 """Integration step of the plant [s]."""
@@ -49,11 +49,9 @@ DURATION, CHUNK = 5.0, 8
 
 def pendulum(law: str, ticks: int) -> ClosedLoop:
     """The loop of the paper's study under a law."""
-    arm = load_arm("double_pendulum", gravity=GRAVITY)
-    shaken = Vibration(BaseAcceleration("xz"), WhiteNoise(0.1))
-    return ClosedLoop(
-        arm, CONTROLLERS[law](arm), REFERENCE, shaken, ticks * STEP, ticks, q0=Q0, v0=V0
-    )
+    loop = closed_loop(Case(noise="psd"))
+    controller = CONTROLLERS[law](loop.arm)
+    return replace(loop, controller=controller, period=ticks * STEP, substeps=ticks)
 
 
 def panda(law: str, ticks: int) -> ClosedLoop:
@@ -80,28 +78,25 @@ def demands(loop: ClosedLoop, paths: int, duration: float) -> Array:
     return np.concatenate(largest)
 
 
-def print_table(result: Demands) -> None:
+def print_tables(result: Demands) -> None:
     """Print the median and the largest of all paths, by period and law."""
     console = Console(highlight=False)
+    heads = ["period [ms]", *(f"{label}\nmedian, largest" for label, _ in LAWS.values())]
     for arm in ARMS:
-        table = plain_table()
-        table.add_column("period [ms]", justify="right")
-        for label, _ in LAWS.values():
-            table.add_column(f"{label}\nmedian, largest", justify="right")
+        rows = []
         for ticks in TICKS:
             values = (result[arm, law, ticks] for law in LAWS)
             cells = (f"{np.median(one):.4g}, {one.max():.4g}" for one in values)
-            table.add_row(f"{1e3 * ticks * STEP:g}", *cells)
-        console.print(f"{arm}: largest demanded torque of a path [N m]", style="bold")
-        console.print(table)
+            rows.append([f"{1e3 * ticks * STEP:g}", *cells])
+        print_line(f"{arm}: largest demanded torque of a path [N m]", console, "bold")
+        print_table(heads, rows, console, "r")
         console.print()
 
 
 @mpl.rc_context(STYLE)
 def figure(result: Demands) -> Figure:
     """Demanded torque against the period, an arm a panel."""
-    drawn = Figure(figsize=(WIDTH, 3.6), layout=ConstrainedLayoutEngine())
-    drawn.suptitle("Largest demanded torque of a path", x=0.01, ha="left", fontweight="bold")
+    drawn = page(3.6, "Largest demanded torque of a path")
     periods = 1e3 * STEP * np.array(TICKS)
     for ax, arm in zip(drawn.subplots(1, len(ARMS)), ARMS, strict=True):
         for law, (label, colour) in LAWS.items():
@@ -137,7 +132,7 @@ def main() -> None:
         for law in LAWS
         for ticks in TICKS
     }
-    print_table(result)
+    print_tables(result)
     write_whole(options.out / "rival-singularity.png", rendered(figure(result))["png"])
 
 

@@ -18,8 +18,8 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from rich.console import Console
+from rich.text import Text
 
 from ftcfa import (
     FTCF,
@@ -36,8 +36,8 @@ from ftcfa import (
 )
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
-from ftcfa.report.figures import BLUE, DASHED, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
-from ftcfa.report.terminal import plain_table, print_fitted
+from ftcfa.report.figures import BLUE, INK, LIGHT, ORANGE, STYLE, draw_level, page, rendered
+from ftcfa.report.terminal import print_line, print_table
 from ftcfa.statistics.settling import below_for_good
 from ftcfa.study.reproduction import BAND, GRAVITY, Q0, REFERENCE, V0
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY
@@ -57,6 +57,11 @@ COLOURS = {
     ("at rest", False): (INK, LIGHT),
 }
 """Colours of median and band, by floor and whether robots are uncertain; the last is on top."""
+HEADS = (
+    "law", "floor", "robots", "rms OTE\nmrad", "settled\ns", "saturated\n%", "outside\npaths",
+    "diverged\npaths",
+)  # fmt: skip
+"""Heads of the tables."""
 QUANTILES = (0.05, 0.5, 0.95)
 RECORD_EVERY, POOLED = 5, 10
 """Number of samples of which one is recorded, and of recorded ones for a point of the figure."""
@@ -143,7 +148,7 @@ def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
     return np.quantile(ranked, QUANTILES, axis=axis, method="inverted_cdf")
 
 
-def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
+def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str | Text]:
     """The texts of a row of the table."""
     late = ran.ote.values[:, ran.sizes["time"] // 2 :]
     settled = [below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values]
@@ -156,32 +161,29 @@ def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str]:
         _spread(1e3 * np.sqrt(np.mean(late**2, axis=1)), ".2f"),
         _spread(np.array(settled), ".2f"),
         _spread(100 * ran.saturated.mean("time").values, ".1f"),
-        f"{outside.sum()}" + (f"\n[dim]{heavy} too heavy[/dim]" if heavy else ""),
+        _above(f"{outside.sum()}", f"{heavy} too heavy" if heavy else ""),
         f"{np.isfinite(ran.diverged_at.values).sum()}",
     ]
 
 
-def _spread(values: Array, spec: str) -> str:
+def _spread(values: Array, spec: str) -> Text:
     """Median, and the other quantiles below it where they differ."""
     low, median, high = (format(q, spec).replace("inf", "never") for q in quantiles(values))
-    return median if low == high else f"{median}\n[dim]{low}-{high}[/dim]"
+    return _above(median, f"{low}-{high}" if low != high else "")
 
 
-def print_table(rows: dict[Case, list[str]], paths: int, duration: float) -> None:
+def _above(text: str, dim: str) -> Text:
+    """A text above a dim one, which may be empty."""
+    return Text.assemble(text, (f"\n{dim}" if dim else "", "dim"))
+
+
+def print_tables(rows: dict[Case, list[str | Text]], paths: int, duration: float) -> None:
     """Print a table for each arm, and what the columns mean."""
     console = Console(highlight=False)
-    headers = ("rms OTE\nmrad", "settled\ns", "saturated\n%", "outside\npaths", "diverged\npaths")
     for arm in SHOWN:
-        table = plain_table()
-        for header in ("law", "floor", "robots"):
-            table.add_column(header, no_wrap=True)
-        for header in headers:
-            table.add_column(header, justify="right", no_wrap=True)
-        for case, cells in rows.items():
-            if case.arm == arm:
-                table.add_row(*cells)
-        console.print(f"{arm}, {paths} paths of {duration:g} s", style="bold")
-        print_fitted(table, console)
+        print_line(f"{arm}, {paths} paths of {duration:g} s", console, "bold")
+        shown = [cells for case, cells in rows.items() if case.arm == arm]
+        print_table(HEADS, shown, console, "lllr")
         console.print()
     console.print(
         "Medians over the paths; below them 5 and 95 %. rms OTE: of |q - q_d| in the second half "
@@ -197,8 +199,7 @@ def print_table(rows: dict[Case, list[str]], paths: int, duration: float) -> Non
 @mpl.rc_context(STYLE)
 def figure(ensembles: dict[Case, xr.Dataset], seed: int) -> Figure:
     """The floor, and for each arm tracking errors and torques over time."""
-    whole = Figure(figsize=(WIDTH, 6.9), layout=ConstrainedLayoutEngine())
-    whole.suptitle("On the floor of a truck", x=0.01, ha="left", fontsize=11, fontweight="bold")
+    whole = page(6.9, "On the floor of a truck")
     floor, arms = whole.subfigures(2, 1, height_ratios=(1, 2.7))
     _draw_floor(floor.subplots(1, len(AXES), sharey=True), seed)
     panels = arms.subplots(2, 2, sharex=True, sharey="row")
@@ -211,28 +212,19 @@ def figure(ensembles: dict[Case, xr.Dataset], seed: int) -> Figure:
             label = f"{ground}, robots {'uncertain' if uncertain else 'nominal'}"
             _draw_band(column[0], ran.ote, colours, label)
             _draw_band(column[1], ran.effort, colours, label)
-        for ax, level in zip(column, (BAND, 1.0), strict=True):
-            ax.axhline(level, color=INK, linewidth=0.8, linestyle=DASHED, zorder=4)
     errors, efforts = panels
+    for panel, level, text in ((errors, BAND, f"settled: below {BAND:g}"), (efforts, 1, "limit")):
+        draw_level(panel[0], level)
+        draw_level(panel[1], level, text)
     errors[0].set_yscale("log")
     errors[0].set_ylim(1e-6, 1.0)
     errors[0].set_ylabel("OTE  $|q - q_d|$  [rad]")
     efforts[0].set_ylim(0, 1.15)
     efforts[0].set_ylabel("largest $|u_i|/u_i^*$  [1]")
     efforts[0].set_xlim(0, float(ran.time[-1]))
-    for ax, level, text in (
-        (errors[1], BAND, f"settled: below {BAND:g}"),
-        (efforts[1], 1, "limit"),
-    ):
-        ax.annotate(text, (0.99, level), (0, 4), ha="right", fontsize=8, textcoords="offset points",
-                    xycoords=ax.get_yaxis_transform())  # fmt: skip
-    arms.legend(
-        *errors[0].get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=len(COLOURS),
-        frameon=False,
-        title=f"Median and, as a band, 5 to 95 % of {ran.sizes['path']} paths",
-    )
+    title = f"Median and, as a band, 5 to 95 % of {ran.sizes['path']} paths"
+    handles = errors[0].get_legend_handles_labels()
+    arms.legend(*handles, loc="outside lower center", ncols=3, frameon=False, title=title)
     return whole
 
 
@@ -274,7 +266,7 @@ def main() -> None:
         loop = closed_loop(case, lines)
         ensembles[case] = run(loop, paths, duration, options.seed)
         rows[case] = row(case, loop, ensembles[case])
-    print_table(rows, paths, duration)
+    print_tables(rows, paths, duration)
     image = rendered(figure(ensembles, options.seed))["png"]
     write_whole(options.out / "truck-floor.png", image)
 

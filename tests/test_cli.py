@@ -53,7 +53,7 @@ def coarse_figures():
 @pytest.fixture
 def no_figures(monkeypatch) -> None:
     """Figures are left empty: other things are under test."""
-    monkeypatch.setattr("ftcfa.report.ensemble.rendered", lambda _: {"png": b"", "svg": b""})
+    monkeypatch.setattr("ftcfa.report.figures.rendered", lambda _: {"png": b"", "svg": b""})
     monkeypatch.setattr("ftcfa.report.reproduction.rendered", lambda _: {"png": b"", "svg": b""})
 
 
@@ -357,7 +357,7 @@ def test_run_prints_a_table(capsys, experiment, tmp_path) -> None:
     assert shown.err == ""
     for word in ("3 of seed 4, 0.2 s each", "E|z1|^2", "Definition 1", "torque rate", "energy"):
         assert word in shown.out
-    files = "ensemble.nc, summary.json, ensemble.png, ensemble.svg"
+    files = "ensemble.nc, ensemble.png, ensemble.svg, summary.json"
     assert files in " ".join(shown.out.split())
 
 

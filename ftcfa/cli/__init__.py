@@ -13,7 +13,7 @@ from typing import Annotated
 
 import typer
 
-from ftcfa.cli.interrupt import interrupted, stop_at_once
+from ftcfa.cli.progress import interrupted, stop_at_once
 
 COMMANDS = (
     "ftcfa.cli.commands.inspect:inspect",
@@ -61,6 +61,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         interrupted.clear()
 
 
+VERSION = "Print the version and exit."
+
+
 def _print_version(required: bool) -> None:
     if required:
         print(f"ftcfa {version('ftcfa')}")
@@ -70,10 +73,7 @@ def _print_version(required: bool) -> None:
 @app.callback()
 def _common(
     _version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
-        ),
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help=VERSION)
     ] = False,
 ) -> None:
     """Robust control of robot arms whose base shakes at random."""

@@ -1,40 +1,42 @@
 """Arguments and options of several commands, and what is made of the options that were given."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from ftcfa.experiment import Experiment
+
+
+def _check_threads(threads: int | None) -> int | None:
+    """Raise ParameterError unless a number of threads is at least 1."""
+    from ftcfa.checks import counting
+
+    if threads is not None:
+        counting("--threads", threads)
+    return threads
+
 
 ExperimentFile = Annotated[
     Path, typer.Argument(metavar="EXPERIMENT.toml", help="File of the experiment.")
 ]
+PAPER = "File of the experiment. Without it: the paper's double pendulum."
 OptionalExperimentFile = Annotated[
-    Path | None,
-    typer.Argument(
-        metavar="EXPERIMENT.toml",
-        help="File of the experiment. Without it: the paper's double pendulum.",
-    ),
+    Path | None, typer.Argument(metavar="EXPERIMENT.toml", help=PAPER)
 ]
 Duration = Annotated[
     float | None, typer.Option(help="Simulated time of every path, in s. Overrides the file.")
 ]
 Paths = Annotated[int | None, typer.Option(help="Number of paths. Overrides the file.")]
 Threads = Annotated[
-    int | None, typer.Option(help="Number of threads. Without it: one for each core.")
+    int | None,
+    typer.Option(help="Number of threads. Without it: one for each core.", callback=_check_threads),
 ]
-FigureFolder = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="DIR",
-        help="Folder for the figure and summary.json. Without it: nothing is written.",
-    ),
-]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json", help="Print one JSON object and nothing else. Without it: print a table."
-    ),
-]
+FOLDER = "Folder for the figure and summary.json. Without it: nothing is written."
+FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=FOLDER)]
+JSON = "Print one JSON object and nothing else. Without it: print a table."
+AsJson = Annotated[bool, typer.Option("--json", help=JSON)]
 
 
 def given(**options: Any) -> dict[str, Any]:
@@ -42,9 +44,11 @@ def given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def check_threads(threads: int | None) -> None:
-    """Raise ParameterError unless a number of threads is at least 1."""
-    from ftcfa.checks import counting
+def experiment_of(file: Path | None) -> "Experiment":
+    """The experiment of a file; without a file, 1000 paths of the paper's double pendulum."""
+    from ftcfa.experiment import Experiment, load_experiment
+    from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
-    if threads is not None:
-        counting("--threads", threads)
+    if file is not None:
+        return load_experiment(file)
+    return Experiment(closed_loop(FINITE_TIME), duration=10.0, paths=1000)

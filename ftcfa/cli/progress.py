@@ -1,4 +1,4 @@
-"""Progress bars on standard error, shown if that is a terminal.
+"""Progress bars on standard error, shown if that is a terminal, and Ctrl-C.
 
 While a bar is shown, Ctrl-C waits for the end of the step, because CasADi would take the exception
 for a failure of its own; the call that reports the step raises it.
@@ -9,12 +9,29 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Event
 from typing import Any
-
-from ftcfa.cli.interrupt import interrupted, stop_after_step
 
 RECENT = 16
 """Number of reports from which the rate is computed."""
+interrupted = Event()
+"""Set once Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
+
+
+def stop_at_once(*_: Any) -> None:
+    """Handle the signal of Ctrl-C: stop at once."""
+    interrupted.set()
+    raise KeyboardInterrupt
+
+
+def stop_after_step(*_: Any) -> None:
+    """Handle the signal of Ctrl-C while steps are counted: stop after the step.
+
+    The second Ctrl-C stops at once.
+    """
+    if interrupted.is_set():
+        raise KeyboardInterrupt
+    interrupted.set()
 
 
 @contextmanager

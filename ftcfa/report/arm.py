@@ -5,13 +5,24 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds
 from ftcfa.report.records import finite
-from ftcfa.report.terminal import number, plain_table, print_facts, print_fitted
+from ftcfa.report.terminal import number, print_facts, print_line, print_table
 
+COLUMNS = {
+    "lower": (".3f", "lower", "rad", "m"),
+    "upper": (".3f", "upper", "rad", "m"),
+    "velocity_limit": (".4g", "velocity", "rad/s", "m/s"),
+    "effort_limit": (".4g", "effort", "N m", "N"),
+    "damping": (".3g", "damping", "Nms/rad", "N s/m"),
+    "friction": (".3g", "friction", "N m", "N"),
+    "home": (".3f", "home", "rad", "m"),
+}
+"""Columns of numbers: format, header, unit of revolute joints and unit of prismatic joints."""
+OF_EVERY_JOINT = ("damping", "friction")
+"""Columns whose arrays have an entry for each joint of the model, not for each moving joint."""
 NAMED_ZEROS = 4
 """Number of joints locked at zero that the table names, of the dozens of a hand."""
 
@@ -39,16 +50,8 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 
 def _joint(arm: Arm, i: int, row: int) -> dict[str, Any]:
     """Record of the moving joint i, whose joint of the model is number ``row``."""
-    limits = {
-        "lower": arm.lower[i],
-        "upper": arm.upper[i],
-        "velocity_limit": arm.velocity_limit[i],
-        "effort_limit": arm.effort_limit[i],
-        "damping": arm.damping[row],
-        "friction": arm.friction[row],
-        "home": arm.home[i],
-    }
-    numbers = {key: finite(value) for key, value in limits.items()}
+    places = {key: row if key in OF_EVERY_JOINT else i for key in COLUMNS}
+    numbers = {key: finite(getattr(arm, key)[place]) for key, place in places.items()}
     return {"name": arm.joint_names[i], "type": arm.joint_types[i], **numbers}
 
 
@@ -71,70 +74,46 @@ def print_arm(record: Mapping[str, Any], console: Console, description: str = ""
         description: What the arm is, in a phrase; may be empty.
     """
     joints = record["joints"]
+    absent = [key for key in OF_EVERY_JOINT if not any(joint[key] for joint in joints)]
     title = f"{record['name']}: {description}" if description else record["name"]
-    console.print(title, style="bold", highlight=False, markup=False)
-    print_fitted(_joint_table(joints), console)
+    print_line(title, console, "bold")
+    _print_joints(joints, [key for key in COLUMNS if key not in absent], console)
     console.print()
-    print_facts(_facts(record), console)
+    print_facts(_facts(record, absent), console)
     for warning in record["warnings"]:
-        console.print(f"warning: {warning}", style="yellow", highlight=False, markup=False)
+        print_line(f"warning: {warning}", console, "yellow")
 
 
 def print_catalogue(descriptions: Mapping[str, str], console: Console) -> None:
     """Print the names of the arms that need no path, with what each is."""
-    table = Table.grid(padding=(0, 2))
-    table.add_column(style="bold", no_wrap=True)
-    for name, description in descriptions.items():
-        table.add_row(name, description)
-    console.print(table, highlight=False, markup=False)
+    print_facts(descriptions.items(), console, "bold")
 
 
-COLUMNS = {
-    "lower": (".3f", "lower", "rad", "m"),
-    "upper": (".3f", "upper", "rad", "m"),
-    "velocity_limit": (".4g", "velocity", "rad/s", "m/s"),
-    "effort_limit": (".4g", "effort", "N m", "N"),
-    "damping": (".3g", "damping", "Nms/rad", "N s/m"),
-    "friction": (".3g", "friction", "N m", "N"),
-    "home": (".3f", "home", "rad", "m"),
-}
-"""Columns of numbers: format, header, unit of revolute joints and unit of prismatic joints."""
-
-
-def _joint_table(joints: list[dict[str, Any]]) -> Table:
-    """A table of one row a joint; without damping or friction if no joint has any."""
-    shown = [key for key in COLUMNS if key not in _absent(joints)]
+def _print_joints(joints: list[dict[str, Any]], shown: list[str], console: Console) -> None:
+    """Print a row for each joint, with the columns of numbers that are shown."""
     kinds = sorted({joint["type"] == "prismatic" for joint in joints})
-    table = plain_table()
-    table.add_column("joint", overflow="fold", min_width=10)
-    table.add_column("type", no_wrap=True)
+    heads = ["joint", "type"]
     for _, header, *units in (COLUMNS[key] for key in shown):
-        lines = [header, *(units[kind] for kind in kinds)]
-        table.add_column("\n".join(lines), justify="right", no_wrap=True)
-    for joint in joints:
-        numbers = (number(joint[key], COLUMNS[key][0], "none") for key in shown)
-        table.add_row(joint["name"], joint["type"], *numbers)
-    return table
+        heads.append("\n".join([header, *(units[kind] for kind in kinds)]))
+    rows = (
+        [joint["name"], joint["type"], *(number(joint[x], COLUMNS[x][0], "none") for x in shown)]
+        for joint in joints
+    )
+    print_table(heads, rows, console, "flr")
 
 
-def _absent(joints: list[dict[str, Any]]) -> list[str]:
-    """The names, of damping and friction, that no joint has."""
-    return [key for key in ("damping", "friction") if not any(joint[key] for joint in joints)]
-
-
-def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _facts(record: Mapping[str, Any], absent: list[str]) -> list[tuple[str, str]]:
     """Labels and texts of what is true of the whole arm."""
-    joints, bounds = record["joints"], record["mass_matrix_bounds"]
-    linear = any(joint["type"] == "prismatic" for joint in joints)
+    bounds = record["mass_matrix_bounds"]
+    linear = any(joint["type"] == "prismatic" for joint in record["joints"])
+    extremes = (
+        f"{bounds['Mmin']:.4g}, {bounds['Mmax']:.4g} {'kg m^2 or kg' if linear else 'kg m^2'}"
+    )
     facts = [
         ("moving mass", f"{record['moving_mass']:.4g} kg"),
-        (
-            "Mmin, Mmax",
-            f"{bounds['Mmin']:.4g}, {bounds['Mmax']:.4g} {'kg m^2 or kg' if linear else 'kg m^2'}"
-            " (extreme eigenvalues of M over the joint range)",
-        ),
+        ("Mmin, Mmax", f"{extremes} (extreme eigenvalues of M over the joint range)"),
     ]
-    if absent := _absent(joints):
+    if absent:
         facts.append((" and ".join(absent), "none in the URDF"))
     if gravity := record["source"].get("gravity"):
         facts.append(("gravity", f"({', '.join(f'{g:g}' for g in gravity)}) m/s^2"))

@@ -1,12 +1,14 @@
-"""Theorem 1 for a loop as plain data: its constants, and what a few paths did."""
+"""Theorem 1 for a loop as plain data and as tables: its constants, and what a few paths did."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from rich.console import Console
 
 from ftcfa.report.records import finite
-from ftcfa.theory.gain_conditions import Condition
+from ftcfa.report.terminal import number, print_facts, print_line, print_table
 from ftcfa.theory.premises import TheoremPaths
 from ftcfa.theory.theorem1 import Bounds
 
@@ -22,6 +24,8 @@ UNITS = {
     "first_entry": "s",
 }
 """Units of the entries of `bounds_record`."""
+CONDITION = ("name", "value", "relation", "required", "holds", "needed", "replaces")
+"""Attributes of a condition on the gains in the record."""
 
 
 def bounds_record(promised: Bounds, followed: TheoremPaths) -> dict[str, Any]:
@@ -43,7 +47,9 @@ def bounds_record(promised: Bounds, followed: TheoremPaths) -> dict[str, Any]:
         "weight": promised.weight,
         "Mmin": promised.Mmin,
         "Mmax": promised.Mmax,
-        "conditions": [_condition(each) for each in promised.conditions],
+        "conditions": [
+            {name: getattr(each, name) for name in CONDITION} for each in promised.conditions
+        ],
         "filter_reach": promised.filter_bound,
         "Delta": promised.Delta,
         "Delta_terms": dict(promised.Delta_terms),
@@ -60,19 +66,6 @@ def bounds_record(promised: Bounds, followed: TheoremPaths) -> dict[str, Any]:
         "first_entry": finite(promised.first_entry),
         "measured": _measured(followed),
         "units": UNITS,
-    }
-
-
-def _condition(condition: Condition) -> dict[str, Any]:
-    """Record of a condition on the gains."""
-    return {
-        "name": condition.name,
-        "value": condition.value,
-        "relation": condition.relation,
-        "required": condition.required,
-        "holds": condition.holds,
-        "needed": condition.needed,
-        "replaces": condition.replaces,
     }
 
 
@@ -98,3 +91,82 @@ def _measured(followed: TheoremPaths) -> dict[str, Any]:
         "premises_hold": float(np.mean(followed.premises_hold)) if np.any(entry > 0) else None,
         "error_if_supplied": finite(supplied.ultimate_error),
     }
+
+
+def print_bounds(record: Mapping[str, Any], console: Console) -> None:
+    """Print the verdict, the gain conditions, the constants, and what was measured.
+
+    Args:
+        record: Result of `bounds_record`.
+        console: Where to print.
+    """
+    print_line(f"{record['verdict']}\n", console, "bold")
+    conditions = (
+        [each["name"], f"{each['value']:.4g}", f"{each['relation']} {each['required']:.4g}",
+         "yes" if each["holds"] else "no", each["replaces"]]
+        for each in record["conditions"]
+    )  # fmt: skip
+    print_table(("gain", "is", "needs", "holds", "instead of"), conditions, console, "lrrlf")
+    console.print()
+    print_facts(_facts(record), console)
+    console.print()
+    _print_comparison(record, console)
+    measured = record["measured"]
+    if measured["error_if_supplied"] is not None:
+        print_line(
+            f"\nWith the measured eps = {measured['eps']:.3g} and pi1 = {measured['pi1']:.3g} "
+            f"rad/s supplied, |z1| <= {measured['error_if_supplied']:.3g} rad.", console
+        )  # fmt: skip
+
+
+def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of the constants."""
+    supplied = record["supplied"]
+    facts = [
+        ("supplied", ", ".join(f"{name} = {value:g}" for name, value in supplied.items())),
+        ("Mmin, Mmax", f"{record['Mmin']:.4g}, {record['Mmax']:.4g} kg m^2 or kg"),
+        ("w_s, p", f"{record['weight']:.4g}, {record['p']:.4g}"),
+        ("Delta", _least(record["Delta_terms"])),
+        ("Gamma", _sum(record["Gamma"], record["Gamma_terms"])),
+        ("V0, Vinf", f"{record['V0']:.4g}, {number(record['Vinf'], missing='none')}"),
+    ]
+    if record["filter_reach"] is not None:
+        reach = f"exact while |alpha''| <= {record['filter_reach']:.4g} rad/s^3"
+        facts.append(("filter", f"{reach}; white noise in v gives alpha'' no bound"))
+    if record["error_at_best_weight"] is not None:
+        error = f"|z1| <= {record['error_at_best_weight']:.3g} rad"
+        best = f"w_s = {record['best_weight']:.3g}, the best of those up to 1e6"
+        facts.append(("other weight", f"{error} at {best}"))
+    return facts
+
+
+def _least(terms: Mapping[str, float]) -> str:
+    """The least of several terms, with its name."""
+    name = min(terms, key=lambda each: terms[each])
+    return f"{terms[name]:.4g}, the least of {len(terms)}: {name}"
+
+
+def _sum(total: float, terms: Mapping[str, float]) -> str:
+    """A sum with its terms."""
+    parts = [f"{name} {value:.4g}" for name, value in terms.items() if value]
+    return f"{total:.4g} = {' + '.join(parts)}"
+
+
+def _print_comparison(record: Mapping[str, Any], console: Console) -> None:
+    """Print promises and measurements side by side."""
+    measured, supplied = record["measured"], record["supplied"]
+    pairs = (
+        ("rms |z1|, last half [rad]", record["ultimate_error"], measured["rms_error"]),
+        ("largest |z1|, last half [rad]", record["ultimate_error"], measured["largest_error"]),
+        ("E[LV + Delta V^p], largest", record["Gamma"], measured["Gamma"]),
+        ("E[first entry] [s]", record["first_entry"], measured["first_entry"]),
+        ("|abar - alpha| (pi1) [rad/s]", supplied["pi1"], measured["pi1"]),
+        ("eps, given theta", supplied["eps"], measured["eps"]),
+        ("theta, if eps = 0", supplied["theta"], measured["theta"]),
+    )
+    rows = [[label, *(number(x, missing="none") for x in pair)] for label, *pair in pairs]
+    held = measured["premises_hold"]
+    if held is not None:
+        rows.append(["premises hold until entry", "always", f"{100 * held:.3g} %"])
+    paths = f"{measured['paths']} paths of {measured['duration']:g} s"
+    print_table([paths, "promised\nor supplied", "measured"], rows, console)

@@ -4,9 +4,18 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from ftcfa.report.figures import BLUE, DASHED, GREY, LIGHT, ORANGE, STYLE, WIDTH
+from ftcfa.report.figures import (
+    BLUE,
+    DASHED,
+    GREY,
+    LIGHT,
+    ORANGE,
+    STYLE,
+    draw_level,
+    label_level,
+    page,
+)
 from ftcfa.theory.premises import TheoremPaths
 
 LINEAR = 0.1
@@ -25,9 +34,7 @@ def bounds_figure(
         title: Heading.
         notes: What each panel shows, three lines.
     """
-    layout = ConstrainedLayoutEngine(hspace=0.06)
-    figure = Figure(figsize=(WIDTH, 8.4), layout=layout)
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold")
+    figure = page(8.4, title)
     axes = figure.subplots(3, 1)
     for ax, note in zip(axes, notes, strict=True):
         ax.set_title(note, fontsize=8.5, color=GREY)
@@ -48,8 +55,8 @@ def _draw_inequality(ax: Axes, study: TheoremPaths) -> None:
     ax.set_yscale("symlog", linthresh=LINEAR)
     ax.set_ylabel("rate of $V$")
     ax.set_xlim(0, study.time[-1])
-    _name(ax, promised.Gamma, r"$-\Delta\, E V^p + \Gamma$", ORANGE, above=False)
-    _name(ax, 0.0, "$E[LV]$", BLUE)
+    label_level(ax, promised.Gamma, r"$-\Delta\, E V^p + \Gamma$", ORANGE, above=False)
+    label_level(ax, 0.0, "$E[LV]$", BLUE)
 
 
 def _draw_promise(ax: Axes, study: TheoremPaths) -> None:
@@ -62,10 +69,9 @@ def _draw_promise(ax: Axes, study: TheoremPaths) -> None:
     without = f"promised without the {promised.largest_term} term"
     lines = ((promised.ultimate_error, "promised"), (promised.error_without_largest_term, without))
     for height, label in lines:
-        ax.axhline(height, color=ORANGE, linestyle=DASHED, linewidth=1.0)
-        _name(ax, height, f"{label}: {height:.3g} rad", ORANGE)
+        draw_level(ax, height, f"{label}: {height:.3g} rad", ORANGE)
     rms = float(np.sqrt(np.mean(study.late_error**2)))
-    _name(ax, 2 * rms, f"rms of the paths, {rms:.2g} rad", BLUE)
+    label_level(ax, 2 * rms, f"rms of the paths, {rms:.2g} rad", BLUE)
 
 
 def _draw_entries(ax: Axes, entering: TheoremPaths) -> None:
@@ -85,12 +91,3 @@ def _draw_entries(ax: Axes, entering: TheoremPaths) -> None:
     for name, place, color, side in marks:
         ax.axvline(place, color=color, linestyle=DASHED, linewidth=1.0)
         ax.annotate(f" {name} {place:.3g} s ", (place, 0.5), color=color, fontsize=8, ha=side)
-
-
-def _name(ax: Axes, height: float, label: str, color: str, above: bool = True) -> None:
-    """Write a label at the right, above or below a height."""
-    ax.annotate(
-        label, (0.995, height), (0, 4 if above else -5), ha="right",
-        va="bottom" if above else "top", color=color, fontsize=8,
-        xycoords=("axes fraction", "data"), textcoords="offset points",
-    )  # fmt: skip

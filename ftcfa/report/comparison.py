@@ -1,14 +1,17 @@
-"""A comparison as plain data, and the files of ``ftcfa compare``."""
+"""A comparison as plain data and as a table, with sentences that say what the table means."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import xarray as xr
+from rich.console import Console
 
-from ftcfa.report.comparison_figure import comparison_figure
-from ftcfa.report.figures import rendered
-from ftcfa.report.records import finite, interval, summary_file
+from ftcfa.report.records import finite, interval
+from ftcfa.report.terminal import print_line, print_table
 from ftcfa.study.metrics.compared import COMPARED
+
+COLUMNS = [name for name, metric in COMPARED.items() if metric.column]
+"""Metrics of the table; the other metrics are in the record."""
 
 
 def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
@@ -30,15 +33,9 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
             }
             for name, metric in COMPARED.items()
         }
-        rows.append(
-            {
-                "loop": str(loop),
-                "differs in": str(one["differs"].values),
-                "settled": int(one["settled"]),
-                "diverged": int(one["diverged"]),
-                "metrics": metrics,
-            }
-        )
+        counts = {name: int(one[name]) for name in ("settled", "diverged")}
+        differs = str(one["differs"].values)
+        rows.append({"loop": str(loop), "differs in": differs, **counts, "metrics": metrics})
     return {
         **dataset.attrs,
         "paths": dataset.sizes["path"],
@@ -48,16 +45,77 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def comparison_files(
-    dataset: xr.Dataset, record: Mapping[str, Any], title: str
-) -> dict[str, bytes]:
-    """Files of ``ftcfa compare``, by name: PNG and SVG of the figure, and summary.json.
+def print_comparison(record: Mapping[str, Any], console: Console) -> None:
+    """Print the table: means over the paths that did not diverge, and its meaning.
 
     Args:
-        dataset: Result of `ftcfa.compare`.
         record: Result of `comparison_record`.
-        title: Heading of the figure.
+        console: Where to print.
     """
-    figure = rendered(comparison_figure(dataset, title))
-    images = {f"comparison.{suffix}": content for suffix, content in figure.items()}
-    return {**images, "summary.json": summary_file(record)}
+    heads = ["loop", *(f"{COMPARED[name].column}\n{_unit(name)}" for name in COLUMNS)]
+    rows = (
+        [row["loop"], *(_cell(row["metrics"][name], name) for name in COLUMNS)]
+        for row in record["loops"]
+    )
+    print_table(heads, rows, console, "fr")
+    for sentence in sentences(record):
+        print_line(sentence, console)
+
+
+def sentences(record: Mapping[str, Any]) -> list[str]:
+    """What the table means, and for each loop which differences are significant.
+
+    Args:
+        record: Result of `comparison_record`.
+    """
+    differs = ",".join(row["differs in"] for row in record["loops"])
+    apart = sorted({word.split(".")[0].strip() for word in differs.split(",")} - {""})
+    duration, first = record["duration"], record["compared with"]
+    lines = [
+        f"{record['paths']} paths of {duration:g} s with the same noise for all loops. Errors are "
+        f"those from {record['after']:g} s on. A path has settled once its error stays below "
+        f"{record['tolerance']:g}; a path that never settles counts with {duration:g} s. Means "
+        "are over the paths that did not diverge. * differs significantly from the first loop "
+        f"(paired; all differences together with confidence {record['confidence']:g}). The loops "
+        f"differ in their {', '.join(apart) or 'names'} only."
+    ]
+    for row in record["loops"][1:]:
+        lines.append(f"{row['loop']} against {first}: {_differences(row['metrics'])}.")
+    return lines
+
+
+def _differences(metrics: Mapping[str, Any]) -> str:
+    """The significant differences of a loop from the first."""
+    changes = {name: metrics[name]["difference"] for name in COLUMNS}
+    significant = [name for name in COLUMNS if metrics[name]["significant"]]
+    words = []
+    for word, sign in (("lower", -1), ("higher", 1)):
+        names = [name for name in significant if sign * changes[name]["estimate"] > 0]
+        if names:
+            words.append(f"{word} {', '.join(_difference(x, metrics[x]) for x in names)}")
+    if any(change["estimate"] is None for change in changes.values()):
+        words.append("the rest is not comparable: in every pair of paths at least one diverged")
+    return "; ".join(words) or "no significant difference"
+
+
+def _difference(name: str, metric: Mapping[str, Any]) -> str:
+    """A metric with the interval of its difference from the first loop."""
+    low, high = sorted(abs(_scale(name) * metric["difference"][end]) for end in ("low", "high"))
+    return f"{name.replace('_', ' ')} by {low:.3g} to {high:.3g} {_unit(name)}"
+
+
+def _cell(metric: Mapping[str, Any], name: str) -> str:
+    """The mean of a metric, with a star if it differs significantly from the first loop's."""
+    mean = metric["mean"]["estimate"]
+    star = "*" if metric["significant"] else ""
+    return "-" if mean is None else f"{mean * _scale(name):.3g}{star}"
+
+
+def _scale(name: str) -> float:
+    """Factor from the unit of a metric to that of the table."""
+    return 100.0 if COMPARED[name].percent else 1.0
+
+
+def _unit(name: str) -> str:
+    """Unit of a metric in the table."""
+    return "%" if COMPARED[name].percent else COMPARED[name].unit

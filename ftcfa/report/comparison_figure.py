@@ -7,10 +7,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ftcfa.arrays import Array
-from ftcfa.report.figures import BLUE, INK, LIGHT, STYLE, WIDTH
+from ftcfa.report.figures import BLUE, INK, LIGHT, STYLE, page
 
 LINE, HEAD = 0.24, 1.2
 """Height of a loop's row, and of what surrounds the panels [in]."""
@@ -34,10 +33,8 @@ def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
         title: Heading.
     """
     names = [str(name) for name in dataset["loop"].values]
-    size = (WIDTH, HEAD + 2 * (LINE * len(names) + 0.4))
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.05, hspace=0.06))
+    figure = page(HEAD + 2 * (LINE * len(names) + 0.4), title)
     panels = figure.subplots(2, 2, sharey=True).ravel()
-    figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
     for ax, (metric, label) in zip(panels, PANELS.items(), strict=True):
         _draw(ax, dataset["quantiles"].sel(metric=metric).values, names)
         duration = f", {dataset.attrs['duration']:g} if not settled"

@@ -1,15 +1,18 @@
-"""An ensemble as plain data, and the files of ``ftcfa run``."""
+"""An ensemble as plain data, as facts and a table, and as the files of ``ftcfa run``."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from rich.console import Console
 
 from ftcfa.arrays import Array
 from ftcfa.report.ensemble_figure import ensemble_figure
-from ftcfa.report.figures import rendered
-from ftcfa.report.records import finite, interval, summary_file, versions
+from ftcfa.report.figures import figure_files
+from ftcfa.report.records import finite, interval, versions
+from ftcfa.report.terminal import number, print_facts, print_line, print_table
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.quantiles import sample_quantile
 from ftcfa.study.metrics.table import METRICS
@@ -47,10 +50,7 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "metrics": [
             row for name in METRICS if name != "settling_time" for row in _rows(dataset, name)
         ],
-        "versions": {
-            **versions("numpy", "scipy", "xarray"),
-            "ftcfa": attributes["ftcfa_version"],
-        },
+        "versions": {**versions("numpy", "scipy", "xarray"), "ftcfa": attributes["ftcfa_version"]},
         "units": {
             **dict.fromkeys(("duration", "after", "settling_time"), "s"),
             **dict.fromkeys(("tolerance", "error"), dataset["late_rms_error"].attrs["units"]),
@@ -106,26 +106,15 @@ def _rows(dataset: xr.Dataset, name: str) -> list[dict[str, Any]]:
     metric = dataset[name]
     if "joint" not in metric.dims:
         return [_row(dataset, name, metric.values, metric.attrs["units"])]
+    columns = zip(metric["joint"].values, metric["joint_type"].values, metric.values.T, strict=True)
     return [
-        {
-            "joint": str(joint),
-            **_row(dataset, name, column, _unit(metric.attrs["units"], str(kind))),
-        }
-        for joint, kind, column in zip(
-            metric["joint"].values, metric["joint_type"].values, metric.values.T, strict=True
-        )
+        {"joint": str(joint), **_row(dataset, name, x, _unit(metric.attrs["units"], str(kind)))}
+        for joint, kind, x in columns
     ]
 
 
 def _row(dataset: xr.Dataset, name: str, values: Array, unit: str) -> dict[str, Any]:
-    """Row of a metric; a path without a value (it diverged or never settled) is the worst of all.
-
-    Args:
-        dataset: Result of `ftcfa.ensemble`.
-        name: Name of the metric.
-        values: Its value of each path, shape (paths,).
-        unit: Its unit.
-    """
+    """Row of a metric of each path; one without a value, diverged or not settled, is the worst."""
     ranked = np.where(np.isfinite(values), values + 0.0, np.inf)  # + 0.0: no negative zero
     row: dict[str, Any] = {"metric": name, "unit": unit}
     for label, p in LEVELS.items():
@@ -167,9 +156,116 @@ def ensemble_files(
         effort_limit: u*, shape (n,) [N m or N].
         title: Heading of the figure.
     """
-    figure = rendered(ensemble_figure(dataset, effort_limit, title))
-    return {
-        "ensemble.nc": netcdf(dataset),
-        "summary.json": summary_file(record),
-        **{f"ensemble.{suffix}": content for suffix, content in figure.items()},
-    }
+    figure = ensemble_figure(dataset, effort_limit, title)
+    return {"ensemble.nc": netcdf(dataset), **figure_files("ensemble", figure, record)}
+
+
+def print_ensemble(record: Mapping[str, Any], console: Console) -> None:
+    """Print the facts and the table of an ensemble, and the meaning of its columns.
+
+    Args:
+        record: Result of `ensemble_record`.
+        console: Where to print.
+    """
+    print_facts(_facts(record), console)
+    console.print()
+    _print_metrics(record["metrics"], console)
+    percent = f"{100 * record['confidence']:g} %"
+    print_line(
+        f"\nMedian and 95 % quantile over the paths, with distribution-free {percent} intervals. "
+        "A path that diverged counts as the worst of all; for settled errors, a path that never "
+        f"settled does too. Late errors are those from {record['after']:g} s on. Of a metric of "
+        "each joint, the row shows the joint with the largest median; summary.json has all.",
+        console, "dim",
+    )  # fmt: skip
+
+
+def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of what is true of the whole ensemble."""
+    square = record["mean_square_error"]
+    facts = [
+        ("paths", _paths(record)),
+        ("diverged", _diverged_text(record["diverged"])),
+        *_settling_facts(record),
+        ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s"),
+    ]
+    if "not_diverged" in square:
+        facts.append(("not diverged", f"{_estimate(square['not_diverged'])} {square['unit']}"))
+    return [*facts, ("Definition 1", _definition_1(record))]
+
+
+def _settling_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of the settling."""
+    duration, settled = record["duration"], record["settling_time"]
+    within = f"to within {record['tolerance']:g} {record['units']['error']} until the end"
+    missing = f"later than {duration:g}"
+    texts = [
+        f"{100 * row['share']:g} %: {missing if row['low'] is None else _estimate(row, missing)} s"
+        for row in settled["quantiles"]
+    ]
+    counts = f"{settled['settled']:,}, {within}; {settled['not_settled']:,} not by {duration:g} s"
+    labels = ("settling time", *[""] * (len(texts) - 1))
+    return [("settled", counts), *zip(labels, texts, strict=True)]
+
+
+def _definition_1(record: Mapping[str, Any]) -> str:
+    """Whether E|z1|^2 stays below epsilon, and from when on."""
+    if record["paths"] == 1:
+        return "one path gives no interval"
+    practical, unit = record["practical_settling"], record["mean_square_error"]["unit"]
+    reached = practical["time"]
+    answer = "is not below" if reached is None else "stays below"
+    since = "at the end" if reached is None else f"from {reached:g} s on"
+    return (
+        f"the {50 * (1 + record['confidence']):g} % upper bound of E|z1|^2 {answer} "
+        f"epsilon = tolerance^2 = {practical['epsilon']:.4g} {unit} {since}"
+    )
+
+
+def _paths(record: Mapping[str, Any]) -> str:
+    """Number, seed and length of the paths."""
+    text = f"{record['paths']:,} of seed {record['seed']}, {record['duration']:g} s each"
+    if record["paths"] < record["requested"]:
+        text += f"; interrupted, {record['requested']:,} were requested"
+    return text
+
+
+def _diverged_text(diverged: Mapping[str, Any]) -> str:
+    """Number and share of the diverged paths, and the first of them."""
+    share = diverged["share"]
+    text = f"{diverged['count']:,}, a share of {share['low']:.2g} to {share['high']:.2g}"
+    if diverged["count"]:
+        more = ", ..." if diverged["count"] > len(diverged["first_paths"]) else ""
+        text += f": paths {', '.join(map(str, diverged['first_paths']))}{more}"
+    return text
+
+
+def _print_metrics(metrics: list[dict[str, Any]], console: Console) -> None:
+    """Print two lines a metric: name and values; joint, unit and intervals.
+
+    Of several joints the one with the largest median is shown.
+    """
+    rows = []
+    for metric in dict.fromkeys(row["metric"] for row in metrics):
+        row = max((row for row in metrics if row["metric"] == metric), key=_median)
+        below = f"{row.get('joint', '')} [{row['unit']}]".strip()
+        cells = [f"{number(row[x]['estimate'])}\n{_interval(row[x])}" for x in LEVELS]
+        largest = f"{number(row.get('largest'))}\n{row.get('path', '-')}"
+        rows.append([f"{METRICS[metric].label}\n{below}", *cells, largest])
+    print_table(["", *LEVELS, "largest\nof path"], rows, console, "wr")
+
+
+def _median(row: Mapping[str, Any]) -> float:
+    """Median of a row; infinite if it is missing, as half of the paths diverged."""
+    value = row["median"]["estimate"]
+    return math.inf if value is None else float(value)
+
+
+def _estimate(bounds: Mapping[str, Any], missing: str = "-") -> str:
+    """An estimate with its interval."""
+    return f"{number(bounds['estimate'], missing=missing)} ({_interval(bounds, missing)})"
+
+
+def _interval(bounds: Mapping[str, Any], missing: str = "-") -> str:
+    """The ends of an interval."""
+    return " to ".join(number(bounds[end], missing=missing) for end in ("low", "high"))

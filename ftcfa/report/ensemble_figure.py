@@ -7,15 +7,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from ftcfa.arrays import Array
-from ftcfa.report.figures import BLUE, DASHED, GREY, INK, ORANGE, STYLE
+from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, page
 from ftcfa.study.summary import settled_in_mean_square, settling
 
-SIZE = (10.0, 7.0)
-"""Width and height of the page [in]."""
+WIDTH, HEIGHT = 10.0, 7.0
+"""Size of the page [in]."""
 FILLS = (0.16, 0.36)
 """Opacity of the widest band of a fan, and of those within it."""
 FLOOR = 0.5
@@ -38,14 +37,10 @@ def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Fig
         effort_limit: u*, shape (n,) [N m or N].
         title: Heading.
     """
-    figure = Figure(figsize=SIZE, layout=ConstrainedLayoutEngine(wspace=0.05, hspace=0.05))
+    figure = page(HEIGHT, title, _note(dataset), WIDTH)
     (square, fan), (torque, settle) = figure.subplots(2, 2)
-    figure.suptitle(
-        f"{title}\n", x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False
-    )
     for ax in (square, fan, torque):
         ax.set_xlim(0, dataset.attrs["duration"] or None)
-    figure.text(0.01, 1 - 0.28 / SIZE[1], _note(dataset), fontsize=8.5, color=GREY, va="top")
     _draw_mean_square(square, dataset)
     _draw_errors(fan, dataset)
     _draw_torque(torque, dataset, effort_limit)
@@ -84,7 +79,7 @@ def _draw_mean_square(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set_ylabel(f"$E|z_1|^2$  [{_plain(dataset['ote_mean_square'].attrs['units'])}]")
     ax.set_yscale("log")
     ax.set_ylim(bottom, max(ax.get_ylim()[1], 4 * epsilon))
-    _draw_level(ax, epsilon, f"$\\epsilon$ = tolerance² = {epsilon:.3g}")
+    draw_level(ax, epsilon, f"$\\epsilon$ = tolerance² = {epsilon:.3g}")
     _mark_reached(ax, settled_in_mean_square(dataset, epsilon))
     if len(shown) > 1:
         ax.legend(**_KEY)
@@ -112,7 +107,7 @@ def _draw_errors(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set_yscale("log")
     bottom, top = ax.get_ylim()
     ax.set_ylim(min(bottom, FLOOR * tolerance), max(top, 2 * tolerance))
-    _draw_level(ax, tolerance, f"tolerance {tolerance:g}")
+    draw_level(ax, tolerance, f"tolerance {tolerance:g}")
     ax.legend(**_KEY)
 
 
@@ -125,8 +120,8 @@ def _draw_torque(ax: Axes, dataset: xr.Dataset, effort_limit: Array) -> None:
     ax.set_title(f"torque of {one['joint'].item()}, quantiles as above", parse_math=False)
     ax.set_ylabel(f"$u$  [{unit}]")
     if np.isfinite(limit):
-        _draw_level(ax, limit, f"$u^*$ = {limit:g} {unit}")
-        _draw_level(ax, -limit, f"$-${limit:g} {unit}", above=False)
+        draw_level(ax, limit, f"$u^*$ = {limit:g} {unit}")
+        draw_level(ax, -limit, f"$-${limit:g} {unit}", above=False)
         ax.set_ylim(-1.25 * limit, 1.25 * limit)
 
 
@@ -186,16 +181,6 @@ def _draw_fan(ax: Axes, quantiles: xr.DataArray) -> None:
     middle = np.isclose(levels, 0.5)
     if middle.any():
         ax.plot(time, values[middle][0], color=BLUE, label="median")
-
-
-def _draw_level(ax: Axes, height: float, label: str, above: bool = True) -> None:
-    """Draw a dashed line with its label above or below it."""
-    ax.axhline(height, color=INK, linewidth=0.8, linestyle=DASHED)
-    ax.annotate(
-        label, (0.99, height), (0, 4 if above else -4), xycoords=("axes fraction", "data"),
-        textcoords="offset points", ha="right", va="bottom" if above else "top", fontsize=8,
-        in_layout=False,
-    )  # fmt: skip
 
 
 def _above_zero(values: Array) -> Array:

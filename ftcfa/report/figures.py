@@ -16,6 +16,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 
 from ftcfa.arrays import Array
+from ftcfa.report.records import summary_file
 
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
 """Colours of Okabe and Ito's palette, distinct for every kind of colour vision."""
@@ -52,6 +53,68 @@ STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "ftcfa",
 }
+
+
+_KEY: dict[str, Any] = {"loc": "upper right", "ncols": 2, "frameon": False}
+_AT_DATA: dict[str, Any] = {
+    "xycoords": ("axes fraction", "data"),
+    "textcoords": "offset points",
+}
+"""Options of a label at a height of the data, beside or inside the axes."""
+
+
+def page(height: float, title: str = "", note: str = "", width: float = WIDTH) -> Figure:
+    """An empty figure with a heading, and a note below it.
+
+    Args:
+        height: Its height [in].
+        title: Heading.
+        note: What is shown; the heading's empty second line leaves room for it.
+        width: Its width [in].
+    """
+    figure = Figure(
+        figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=0.06, hspace=0.05)
+    )
+    if title:
+        figure.suptitle(
+            f"{title}\n" if note else title, x=0.01, ha="left", fontsize=11, fontweight="bold",
+            parse_math=False,
+        )  # fmt: skip
+    figure.text(0.01, 1 - 0.28 / height, note, fontsize=8.5, color=GREY, va="top")
+    return figure
+
+
+def draw_level(
+    ax: Axes, height: float, label: str = "", color: str = INK, above: bool = True
+) -> None:
+    """Draw a dashed line across the axes, with a label."""
+    ax.axhline(height, color=color, linewidth=0.8, linestyle=DASHED, zorder=4)
+    label_level(ax, height, label, color, above)
+
+
+def label_level(ax: Axes, height: float, label: str, color: str = INK, above: bool = True) -> None:
+    """Write a label at the right end of the axes, above or below a height."""
+    ax.annotate(
+        label, (0.99, height), (0, 4 if above else -4), ha="right", color=color, fontsize=8,
+        va="bottom" if above else "top", in_layout=False, **_AT_DATA,
+    )  # fmt: skip
+
+
+def rendered(figure: Figure) -> dict[str, bytes]:
+    """A figure as PNG and as SVG, by suffix; the same figure gives the same bytes."""
+    files = {}
+    with mpl.rc_context(STYLE):
+        for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=suffix, metadata=metadata)
+            files[suffix] = buffer.getvalue()
+    return files
+
+
+def figure_files(name: str, figure: Figure, record: Mapping[str, Any]) -> dict[str, bytes]:
+    """Files of a command, by name: PNG and SVG of its figure, and its record as summary.json."""
+    images = {f"{name}.{suffix}": content for suffix, content in rendered(figure).items()}
+    return {**images, "summary.json": summary_file(record)}
 
 
 @mpl.rc_context(STYLE)
@@ -104,9 +167,8 @@ def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note
         title: Heading.
         note: What was simulated, below the heading.
     """
-    figure = _figure(5.4)
+    figure = page(5.4, title, note)
     linear, log = figure.subplots(2, 1, sharex=True)
-    _head(figure, title, note)
     for (label, path), color in zip(paths.items(), (BLUE, ORANGE, GREEN), strict=False):
         time, ote = path["time"].values, path["ote"].values
         late = ote[len(ote) // 2 :]
@@ -114,13 +176,10 @@ def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note
             ax.plot(time, ote, color=color, linewidth=1.0)
             ax.set_xlim(0, time[-1])
             _label_right(ax, _level(late), label, color)
-    for ax in (linear, log):
-        ax.axhline(band, color=INK, linewidth=0.8, linestyle=DASHED)
+    for ax, label in ((linear, f"settled: below {band:g} rad"), (log, "")):
+        draw_level(ax, band, label)
         ax.set_ylabel("OTE  $|q - q_d|$  [rad]")
     linear.set_ylim(bottom=0)
-    linear.annotate(
-        f"settled: below {band:g} rad", (0.99, band), (0, 6), ha="right", fontsize=8, **_AT_DATA
-    )
     log.set_yscale("log")
     log.set_xlabel("time [s]")
     log.xaxis.set_major_locator(_ticks())
@@ -141,9 +200,8 @@ def filters(
         title: Heading.
         note: What was simulated, below the heading.
     """
-    figure = _figure(5.0)
+    figure = page(5.0, title, note)
     axes = figure.subplots(2, 2, sharex="col", sharey="row", width_ratios=(1.6, 1))
-    _head(figure, title, note)
     for (label, path), color in zip(paths.items(), (ORANGE, BLUE, GREEN), strict=False):
         one = path.sel(joint=joint)
         time, unit = one["time"].values, _unit(one, "u")
@@ -163,36 +221,11 @@ def filters(
     return figure
 
 
-def rendered(figure: Figure) -> dict[str, bytes]:
-    """A figure as PNG and as SVG, by suffix; the same figure gives the same bytes."""
-    files = {}
-    with mpl.rc_context(STYLE):
-        for suffix, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
-            buffer = io.BytesIO()
-            figure.savefig(buffer, format=suffix, metadata=metadata)
-            files[suffix] = buffer.getvalue()
-    return files
-
-
-_KEY: dict[str, Any] = {"loc": "upper right", "ncols": 2, "frameon": False}
-_AT_DATA: dict[str, Any] = {
-    "xycoords": ("axes fraction", "data"),
-    "textcoords": "offset points",
-}
-"""Options of a label at a height of the data, beside or inside the axes."""
-
-
-def _figure(height: float) -> Figure:
-    """An empty figure of a height [in]."""
-    return Figure(figsize=(WIDTH, height), layout=ConstrainedLayoutEngine(wspace=0.06))
-
-
 def _joint_panels(path: xr.Dataset, title: str, note: str) -> tuple[Figure, Any]:
     """A figure with a row of axes for each joint, the whole run and its beginning: shape (n, 2)."""
     n, end = path.sizes["joint"], float(path["time"][-1])
-    figure = _figure(1.2 + 1.9 * n)
+    figure = page(1.2 + 1.9 * n, title, note)
     axes = figure.subplots(n, 2, sharex="col", sharey="row", width_ratios=(1.8, 1), squeeze=False)
-    _head(figure, title, note)
     axes[0, 0].set_xlim(0, end)
     axes[0, 1].set_xlim(0, min(START, end))
     _name_columns(axes, "whole run", "the beginning")
@@ -205,13 +238,6 @@ def _name_columns(axes: Any, *titles: str) -> None:
         column[0].set_title(title)
         column[-1].set_xlabel("time [s]")
         column[-1].xaxis.set_major_locator(_ticks())
-
-
-def _head(figure: Figure, title: str, note: str) -> None:
-    """Write heading and note; the heading's empty second line leaves room for the note."""
-    figure.suptitle(f"{title}\n", x=0.01, ha="left", fontsize=11, fontweight="bold")
-    height = figure.get_size_inches()[1]
-    figure.text(0.01, 1 - 0.28 / height, note, fontsize=8.5, color=GREY, va="top")
 
 
 def _ticks() -> MaxNLocator:
@@ -229,7 +255,7 @@ def _draw_limits(row: Any, bound: float, unit: str) -> None:
     """Draw u* and -u* as dashed lines, labelled at the right of the row."""
     for side, label in ((bound, f"$u^*$ = {bound:g} {unit}"), (-bound, f"$-${bound:g} {unit}")):
         for ax in row:
-            ax.axhline(side, color=INK, linewidth=0.8, linestyle=DASHED)
+            draw_level(ax, side)
         _label_right(row[-1], side, label, INK)
 
 

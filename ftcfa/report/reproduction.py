@@ -1,17 +1,17 @@
 """The reproduction of the paper's study: figures, summary.json and a table."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.table import Table
 
 from ftcfa.report.figures import filters, overall_error, rendered, torque, tracking
 from ftcfa.report.records import finite, summary_file, versions
-from ftcfa.report.terminal import number, plain_table, print_fitted
+from ftcfa.report.terminal import number, print_facts, print_line, print_table
 from ftcfa.statistics.settling import below_for_good
 from ftcfa.study.reproduction import (
     ASYMPTOTIC,
@@ -37,15 +37,11 @@ UNITS = {
 }
 """Units of the entries of `summary_row`."""
 
-NUMBERS = (
-    "period\nms",
-    "rms OTE\nrad",
-    "settled\ns",
-    "max|u|\nN m",
-    "satur.\n%",
-    "error\nrad/s",
-)
-"""Headers of the columns of numbers."""
+HEADS = (
+    "plant", "noise", "kappa", "filter", "period\nms", "rms OTE\nrad", "settled\ns",
+    "max|u|\nN m", "satur.\n%", "error\nrad/s",
+)  # fmt: skip
+"""Heads of the table."""
 FIGURES = 4
 """Number of figures."""
 LIMIT_CYCLE_JOINT = "elbow"
@@ -123,11 +119,7 @@ def summary_row(case: Case, dataset: xr.Dataset) -> dict[str, Any]:
     filter_error = np.abs(dataset["abar"].values - dataset["alpha"].values)
     valid, last_half = np.isfinite(ote), time >= time[-1] / 2
     return {
-        "plant": case.plant,
-        "noise": case.noise,
-        "kappa": case.kappa,
-        "filter": case.filter,
-        "period": case.period,
+        **asdict(case),
         "rms_ote": finite(np.sqrt(np.mean(ote[last_half] ** 2))),
         "settled_after": finite(below_for_good(time, ote, BAND)),
         "largest_u": finite(np.max(u[valid])),
@@ -165,19 +157,11 @@ def print_summary(record: Mapping[str, Any], console: Console) -> None:
         console: Where to print.
     """
     if record["quick"]:
-        console.print(
+        print_line(
             f"quick look: {len(record['cases'])} of {len(CASES)} cases, {record['duration']:g} s "
-            f"of {DURATION:g} s; the paper's numbers need the whole study\n",
-            highlight=False,
-        )
-    table = plain_table()
-    for header in ("plant", "noise", "kappa", "filter"):
-        table.add_column(header, no_wrap=True)
-    for header in NUMBERS:
-        table.add_column(header, justify="right", no_wrap=True)
-    for row in record["cases"]:
-        table.add_row(*_cells(row))
-    print_fitted(table, console)
+            f"of {DURATION:g} s; the paper's numbers need the whole study\n", console
+        )  # fmt: skip
+    print_table(HEADS, map(_cells, record["cases"]), console, "llllr")
     late = f"{record['duration'] / 2:g} s to {record['duration']:g} s"
     meanings = {
         "noise": "psd: varpi is the intensity; amplitude: its root, as the paper prints it",
@@ -186,11 +170,8 @@ def print_summary(record: Mapping[str, Any], console: Console) -> None:
         "satur.": "share of time in which some joint asks for more torque than its limit",
         "error": f"largest filter error |abar - alpha|, {late}",
     }
-    key = Table.grid(padding=(0, 1))
-    for item in meanings.items():
-        key.add_row(*item)
     console.print()
-    console.print(key, style="dim", highlight=False)
+    print_facts(meanings.items(), console)
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
@@ -198,14 +179,10 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
     diverged, share = row["diverged_at"], row["saturated_share"]
     settled = number(row["settled_after"], ".2f", "never")
     return [
-        row["plant"],
-        row["noise"],
-        f"{row['kappa']:g}",
-        row["filter"],
-        f"{1e3 * row['period']:g}",
+        row["plant"], row["noise"], f"{row['kappa']:g}", row["filter"], f"{1e3 * row['period']:g}",
         number(row["rms_ote"], ".4f"),
         settled if diverged is None else f"diverged\n{diverged:.2f}",
         number(row["largest_u"], ".4g"),
         number(None if share is None else 100 * share, ".1f"),
         number(row["largest_filter_error"], ".1e"),
-    ]
+    ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Tables and numbers on a terminal, all in one look, wide or narrow."""
+"""Tables, facts and numbers on a terminal, all in one look, wide or narrow."""
 
 from collections.abc import Iterable
 
@@ -7,33 +7,59 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-
-def plain_table() -> Table:
-    """An empty table with a ruled head and no frame."""
-    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
-
-
-def print_fitted(table: Table, console: Console) -> None:
-    """Print a table, its columns closer together if it is wider than the console."""
-    unbounded = console.options.update(max_width=10_000)
-    if console.measure(table, options=unbounded).maximum > console.width:
-        table.padding = (0, 0)
-    console.print(table, highlight=False)
+COLUMNS = {
+    "l": {"no_wrap": True},
+    "w": {},
+    "r": {"no_wrap": True, "justify": "right"},
+    "f": {"overflow": "fold", "min_width": 10},
+}
+"""Options of a column of `print_table`, by letter: left, left with wrapped lines, right,
+left with folded words."""
 
 
-def print_facts(facts: Iterable[tuple[str, str | Text]], console: Console) -> None:
-    """Print labels and their texts in two columns, the texts folded to the width.
+def print_table(
+    heads: Iterable[str], rows: Iterable[Iterable[str | Text]], console: Console, align: str = "lr"
+) -> None:
+    """Print a table with a ruled head and no frame, closer together if it is too wide.
 
     Args:
-        facts: Label and text of each row; a text is a str or rich's Text.
+        heads: Text above each column.
+        rows: Cells of each row.
         console: Where to print.
+        align: A letter for each column, `COLUMNS`; the last one holds for all that follow.
+    """
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
+    for i, head in enumerate(heads):
+        table.add_column(head, **COLUMNS[align[min(i, len(align) - 1)]])  # type: ignore[arg-type]
+    for row in rows:
+        table.add_row(*row)
+    unbounded = console.options.update(max_width=10_000, markup=False)
+    if console.measure(table, options=unbounded).maximum > console.width:
+        table.padding = (0, 0)
+    console.print(table, highlight=False, markup=False)
+
+
+def print_facts(
+    facts: Iterable[Iterable[str | Text]], console: Console, style: str = "dim"
+) -> None:
+    """Print labels and their texts in columns, the texts folded to the width.
+
+    Args:
+        facts: Label and texts of each row.
+        console: Where to print.
+        style: Style of the labels.
     """
     table = Table.grid(padding=(0, 2))
-    table.add_column(style="dim", no_wrap=True)
+    table.add_column(style=style, no_wrap=True)
     table.add_column(overflow="fold")
-    for label, text in facts:
-        table.add_row(label, text)
+    for fact in facts:
+        table.add_row(*fact)
     console.print(table, highlight=False, markup=False)
+
+
+def print_line(text: str, console: Console, style: str = "") -> None:
+    """Print a text as it is, without markup and highlighting."""
+    console.print(text, style=style, highlight=False, markup=False)
 
 
 def number(value: float | None, spec: str = ".4g", missing: str = "-") -> str:

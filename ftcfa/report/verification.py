@@ -28,13 +28,9 @@ def verification_record(verification: Verification, file: str, duration: float) 
         "share": {"low": verdict.low, "high": verdict.high},
         "all_paths": {"share": float(share), "low": float(low), "high": float(high)},
         "specification": {
-            "error": required.error,
-            "within": required.within,
+            **vars(required),
             "effort": _limit(required.effort),
             "torque_rate": _limit(required.torque_rate),
-            "share": required.share,
-            "confidence": required.confidence,
-            "budget": required.budget,
         },
         "seed": verification.seed,
         "duration": duration,
@@ -85,12 +81,9 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     facts = [
         ("required", _requirement(required)),
         ("kept by", f"{record['kept']:,} of {record['paths']:,} paths"),
-        (
-            "share",
-            f"{share['low']:.4g} or more, {share['high']:.4g} or less, each with confidence "
-            f"{required['confidence']:g}; required is {required['share']:g}",
-        ),
-    ]
+        ("share", f"{share['low']:.4g} or more, {share['high']:.4g} or less, each with confidence "
+                  f"{required['confidence']:g}; required is {required['share']:g}"),
+    ]  # fmt: skip
     if record["answer"] == "undecided" and record["paths"] == required["budget"]:
         exact = record["all_paths"]
         interval = f"{exact['low']:.4g} to {exact['high']:.4g}, Clopper and Pearson's interval"

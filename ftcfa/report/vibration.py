@@ -7,20 +7,15 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from ftcfa.report.records import versions
-from ftcfa.report.terminal import print_facts
+from ftcfa.report.terminal import print_facts, print_line
 from ftcfa.study.realised_spectrum import RealisedStandard, SpectrumEstimate
 from ftcfa.vibration.spectra.filter_fit import FilterFit
 from ftcfa.vibration.spectra.road import PROVENANCE, REFERENCE_FREQUENCY, ROAD_CLASSES
 from ftcfa.vibration.spectra.section_fit import DB
-from ftcfa.vibration.spectra.spectrum import (
-    STANDARD_GRAVITY,
-    step_limit,
-    substeps_needed,
-)
+from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY, step_limit, substeps_needed
 from ftcfa.vibration.spectra.standards import NOT_STATED, Standard
 
 PERIOD = 1e-3
@@ -28,12 +23,7 @@ PERIOD = 1e-3
 ERRORS = ("worst_db", "worst_frequency", "edge_db", "edge_frequency", "rms_error", "outside")
 VERDICTS = ("within_tolerance", "within_edge_tolerance")
 """Attributes of a fit that its record holds: numbers, and yes or no."""
-UNITS = {
-    "g_rms": "g",
-    "nominal_g_rms": "g",
-    "band": "Hz",
-    "points": "[Hz, g^2/Hz]",
-}
+UNITS = {"g_rms": "g", "nominal_g_rms": "g", "band": "Hz", "points": "[Hz, g^2/Hz]"}
 """Units of the entries that describe a table."""
 
 
@@ -73,15 +63,9 @@ def realised_record(realised: Sequence[RealisedStandard]) -> dict[str, Any]:
         "versions": versions("ftcfa", "numpy", "scipy", "matplotlib"),
         "units": {
             **UNITS,
-            "worst_db": "dB",
-            "worst_frequency": "Hz",
-            "edge_db": "dB",
-            "edge_frequency": "Hz",
-            "resolution": "Hz",
-            "duration": "s",
-            "step": "s",
-            "largest_step": "s",
-            "period": "s",
+            **dict.fromkeys(("worst_db", "edge_db"), "dB"),
+            **dict.fromkeys(("worst_frequency", "edge_frequency", "resolution"), "Hz"),
+            **dict.fromkeys(("duration", "step", "largest_step", "period"), "s"),
         },
     }
 
@@ -98,9 +82,7 @@ def _table(standard: Standard) -> dict[str, Any]:
         "nominal_g_rms": standard.nominal_g_rms,
         "g_rms": spectrum.g_rms(),
         "band": list(spectrum.band),
-        "points": [
-            list(pair) for pair in zip(spectrum.frequencies.tolist(), g.tolist(), strict=True)
-        ],
+        "points": np.column_stack([spectrum.frequencies, g]).tolist(),
     }
 
 
@@ -149,24 +131,20 @@ def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
         record: Result of `catalogue_record`.
         console: Where to print.
     """
-    for (source, verified), entries in groupby(
-        record["standards"], itemgetter("source", "verified")
-    ):
-        _print_plain(source, "bold", console)
-        _print_plain(*_marked(verified), console)
-        table = Table.grid(padding=(0, 2))
-        for entry in entries:
-            table.add_row(f"  {entry['name']}", f"{entry['g_rms']:.4g} g rms", _band(entry))
-        console.print(table, "", highlight=False, markup=False)
+    origin = itemgetter("source", "verified")
+    for (source, verified), entries in groupby(record["standards"], origin):
+        print_line(source, console, "bold")
+        console.print(_marked(verified))
+        rows = [(f"  {x['name']}", f"{x['g_rms']:.4g} g rms", _band(x)) for x in entries]
+        print_facts(rows, console, "")
+        console.print()
     roads = record["roads"]
-    _print_plain("Road classes of ISO 8608, for ftcfa.Road", "bold", console)
-    _print_plain(roads["provenance"], "yellow", console)
-    table = Table.grid(padding=(0, 2))
-    for name, roughness in roads["roughness"].items():
-        table.add_row(f"  {name}", f"{1e6 * roughness:g}e-6 m^3")
-    console.print(table, highlight=False, markup=False)
+    print_line("Road classes of ISO 8608, for ftcfa.Road", console, "bold")
+    print_line(roads["provenance"], console, "yellow")
+    classes = roads["roughness"].items()
+    print_facts([(f"  {name}", f"{1e6 * x:g}e-6 m^3") for name, x in classes], console, "")
     n_0 = f"{roads['reference_frequency']:g} cycles/m"
-    _print_plain(f"  (displacement density at {n_0})", "dim", console)
+    print_line(f"  (displacement density at {n_0})", console, "dim")
 
 
 def print_realised(record: Mapping[str, Any], console: Console) -> None:
@@ -177,7 +155,7 @@ def print_realised(record: Mapping[str, Any], console: Console) -> None:
         console: Where to print.
     """
     for entry in record["standards"]:
-        _print_plain(entry["name"], "bold", console)
+        print_line(entry["name"], console, "bold")
         print_facts(_facts(entry, record["period"]), console)
         console.print()
 
@@ -186,9 +164,10 @@ def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str | Tex
     """Labels and texts of what became of a standard."""
     shaped, tones = (entry["realised"][name] for name in ("shaped_noise", "random_phase"))
     error = DB * np.log1p(shaped["standard_error"])
+    step = f"at most {1e3 * entry['largest_step']:.4g} ms"
     return [
-        ("source", Text(entry["source"])),
-        ("verified", Text(*_marked(entry["verified"]))),
+        ("source", entry["source"]),
+        ("verified", _marked(entry["verified"])),
         ("specified", f"{entry['g_rms']:.4g} g rms, {_band(entry)}"),
         ("fitted", entry["fit"]["sentence"]),
         (
@@ -197,11 +176,7 @@ def _facts(entry: Mapping[str, Any], period: float) -> list[tuple[str, str | Tex
             f"every {shaped['resolution']:.3g} Hz with a standard error of {error:.1f} dB); "
             f"{tones['g_rms']:.4g} g rms by RandomPhase with {tones['lines']} lines",
         ),
-        (
-            "step",
-            f"at most {1e3 * entry['largest_step']:.4g} ms: substeps={entry['substeps']} for a "
-            f"period of {1e3 * period:g} ms",
-        ),
+        ("step", f"{step}: substeps={entry['substeps']} for a period of {1e3 * period:g} ms"),
     ]
 
 
@@ -210,10 +185,6 @@ def _band(entry: Mapping[str, Any]) -> str:
     return f"{low:g} to {high:g} Hz"
 
 
-def _marked(verified: str) -> tuple[str, str]:
-    """A text and its style: yellow if it says that a table is unverified."""
-    return verified, "yellow" if unverified(verified) else ""
-
-
-def _print_plain(text: str, style: str, console: Console) -> None:
-    console.print(text, style=style, highlight=False, markup=False)
+def _marked(verified: str) -> Text:
+    """The text, in yellow if it says that a table is unverified."""
+    return Text(verified, "yellow" if unverified(verified) else "")

@@ -1,19 +1,16 @@
 """The figure of vibration standards: what is specified, fitted and realised."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ftcfa.arrays import Array
-from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, WIDTH, rendered
-from ftcfa.report.records import summary_file
+from ftcfa.report.figures import BLUE, GREEN, GREY, INK, LIGHT, ORANGE, STYLE, page
 from ftcfa.report.vibration import provenance_lines
 from ftcfa.study.realised_spectrum import RealisedStandard
 from ftcfa.vibration.spectra.section_fit import DB, DB_TOLERANCE
@@ -40,9 +37,7 @@ def vibration_figure(realised: Sequence[RealisedStandard]) -> Figure:
     Args:
         realised: Results of `realise_standard`.
     """
-    height = HEAD + PANEL * len(realised)
-    layout = ConstrainedLayoutEngine(hspace=0.06)
-    figure = Figure(figsize=(WIDTH, height), layout=layout)
+    figure = page(HEAD + PANEL * len(realised))
     panels = figure.subplots(len(realised), 1, squeeze=False)[:, 0]
     for ax, one in zip(panels, realised, strict=True):
         _head(ax, one)
@@ -78,15 +73,8 @@ def _draw(ax: Axes, one: RealisedStandard) -> None:
     )  # fmt: skip
     f = np.union1d(table.frequencies, np.geomspace(*table.band, GRID))
     S, factor = _in_g(table.density(f)), np.exp(DB_TOLERANCE / DB)
-    ax.fill_between(
-        f,
-        S / factor,
-        S * factor,
-        color=LIGHT,
-        alpha=0.5,
-        linewidth=0,
-        label=f"±{DB_TOLERANCE:g} dB",
-    )
+    tolerance = f"±{DB_TOLERANCE:g} dB"
+    ax.fill_between(f, S / factor, S * factor, color=LIGHT, alpha=0.5, lw=0, label=tolerance)
     wide = np.geomspace(table.band[0] / BESIDE, table.band[1] * BESIDE, GRID)
     ax.plot(
         wide, _in_g(one.fit.filter.density(wide)[:, 0]), color=ORANGE, zorder=4,
@@ -126,17 +114,3 @@ def _in_g(densities: Array) -> Array:
 def _g_rms(level: float) -> str:
     """Text of an overall level in g, from m/s^2."""
     return f"{level / STANDARD_GRAVITY:#.4g} g rms"
-
-
-def vibration_files(
-    realised: Sequence[RealisedStandard], record: Mapping[str, Any]
-) -> dict[str, bytes]:
-    """Files of ``ftcfa vibration``, by name: PNG and SVG of the figure, and summary.json.
-
-    Args:
-        realised: Results of `realise_standard`.
-        record: Result of `realised_record`.
-    """
-    figure = rendered(vibration_figure(realised))
-    files = {f"spectrum.{suffix}": content for suffix, content in figure.items()}
-    return {**files, "summary.json": summary_file(record)}

@@ -25,9 +25,8 @@ from ftcfa import (
     settling,
     verify,
 )
-from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf
+from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf, print_ensemble
 from ftcfa.report.ensemble_figure import ensemble_figure
-from ftcfa.report.ensemble_table import print_ensemble
 from ftcfa.report.verification import print_verification, verification_record
 
 ARM = load_arm("double_pendulum")

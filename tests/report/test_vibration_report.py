@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from rich.console import Console
 
 from ftcfa import read_table, standard, standards
-from ftcfa.report.figures import rendered
+from ftcfa.report.figures import figure_files, rendered
 from ftcfa.report.vibration import (
     catalogue_record,
     print_catalogue,
@@ -18,7 +18,7 @@ from ftcfa.report.vibration import (
     realised_record,
     unverified,
 )
-from ftcfa.report.vibration_figure import vibration_figure, vibration_files
+from ftcfa.report.vibration_figure import vibration_figure
 from ftcfa.study.realised_spectrum import realise_standard
 from ftcfa.vibration.spectra.road import ROAD_CLASSES
 
@@ -57,7 +57,7 @@ def figure(realised):
 
 @pytest.fixture(scope="module")
 def files(realised, record):
-    return vibration_files(realised, record)
+    return figure_files("spectrum", vibration_figure(realised), record)
 
 
 def printed(function, record, width):

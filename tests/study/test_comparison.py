@@ -18,8 +18,7 @@ from ftcfa import (
     load_arm,
     simulate_paths,
 )
-from ftcfa.report.comparison import comparison_record
-from ftcfa.report.comparison_table import sentences
+from ftcfa.report.comparison import comparison_record, sentences
 from ftcfa.study.comparison import BINARY, compare
 from ftcfa.study.metrics.compared import COMPARED
 

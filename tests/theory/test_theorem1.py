@@ -34,9 +34,8 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.cli import main
-from ftcfa.report.bounds import bounds_record
+from ftcfa.report.bounds import bounds_record, print_bounds
 from ftcfa.report.bounds_figure import bounds_figure
-from ftcfa.report.bounds_table import print_bounds
 from ftcfa.report.figures import rendered
 from ftcfa.statistics.moments import Moments
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop

@@ -13,31 +13,23 @@ from ftcfa.cli.options import (
     OptionalExperimentFile,
     Paths,
     Threads,
-    check_threads,
+    experiment_of,
     given,
 )
 from ftcfa.cli.progress import progress_of_paths
 
 Against = Literal["rivals", "ablations", "conditions"]
+AGAINST = (
+    "What the loop is compared with: other control laws (rivals), its law without one ingredient "
+    "at a time (ablations), or harder conditions."
+)
+LAWS = "Name of a control law to compare with that of the file; repeatable. Without it: all."
 
 
 def compare(
     experiment: OptionalExperimentFile = None,
-    against: Annotated[
-        Against,
-        typer.Option(
-            help="What the loop is compared with: other control laws (rivals), its law without "
-            "one ingredient at a time (ablations), or harder conditions."
-        ),
-    ] = "rivals",
-    controller: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LAW",
-            help="Name of a control law to compare with that of the file; repeatable. "
-            "Without it: all.",
-        ),
-    ] = None,
+    against: Annotated[Against, typer.Option(help=AGAINST)] = "rivals",
+    controller: Annotated[list[str] | None, typer.Option(metavar="LAW", help=LAWS)] = None,
     paths: Paths = None,
     duration: Duration = None,
     out: FigureFolder = None,
@@ -49,19 +41,14 @@ def compare(
     Example: ftcfa compare truck.toml --controller FTCF --controller ComputedTorque
     """
     from ftcfa.errors import ParameterError
-    from ftcfa.experiment import Experiment, load_experiment
     from ftcfa.files import make_folder
-    from ftcfa.report.comparison import comparison_files, comparison_record
-    from ftcfa.report.comparison_table import print_comparison
+    from ftcfa.report.comparison import comparison_record, print_comparison
+    from ftcfa.report.comparison_figure import comparison_figure
+    from ftcfa.report.figures import figure_files
     from ftcfa.study import comparison, variants
-    from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
-    if experiment is None:
-        loaded = Experiment(closed_loop(FINITE_TIME), duration=10.0, paths=1000)
-    else:
-        loaded = load_experiment(experiment)
-    chosen = replace(loaded, specification=None, **given(paths=paths, duration=duration))
-    check_threads(threads)
+    options = given(paths=paths, duration=duration)
+    chosen = replace(experiment_of(experiment), specification=None, **options)
     if out is not None:
         make_folder(out)
     if controller and against != "rivals":
@@ -69,16 +56,17 @@ def compare(
         raise ParameterError("--controller", given_with, "--against rivals")
     if against == "rivals":
         loops = variants.rivals(chosen.loop, controller)
-    elif against == "ablations":
-        loops = variants.ablations(chosen.loop)
     else:
-        loops = variants.conditions(chosen.loop)
+        make = {"ablations": variants.ablations, "conditions": variants.conditions}[against]
+        loops = make(chosen.loop)
     with progress_of_paths() as report:
         dataset = comparison.compare(
             loops, chosen.paths, chosen.duration, seed=chosen.seed, tolerance=chosen.tolerance,
             after=chosen.after, threads=threads, progress=report,
         )  # fmt: skip
     name = getattr(chosen.loop.arm, "name", type(chosen.loop.arm).__name__)
-    record = comparison_record(dataset)
-    files = {} if out is None else comparison_files(dataset, record, f"{name}: {against}")
+    record, files = comparison_record(dataset), {}
+    if out is not None:
+        figure = comparison_figure(dataset, f"{name}: {against}")
+        files = figure_files("comparison", figure, record)
     finish(record, print_comparison, as_json, files, out)

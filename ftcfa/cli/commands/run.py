@@ -8,32 +8,25 @@ import typer
 
 from ftcfa.cli.cluster import cluster
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, check_threads, given
+from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, given
 from ftcfa.cli.progress import progress_of_paths
 
 STORE = "ensemble.zarr"
 """Name of the store of finished paths, below the folder of ``--out``."""
+OUT = "Folder for the Dataset, summary.json, figures and the store of finished paths."
+SCHEDULER = (
+    "Address of a Dask scheduler whose workers run the paths. Without it: this machine runs them."
+)
 
 
 def run(
     experiment: ExperimentFile,
-    out: Annotated[
-        Path,
-        typer.Option(
-            metavar="DIR",
-            help="Folder for the Dataset, summary.json, figures and the store of finished paths.",
-        ),
-    ] = Path("out"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help=OUT)] = Path("out"),
     paths: Paths = None,
     duration: Duration = None,
     threads: Threads = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="tcp://HOST:PORT",
-            help="Address of a Dask scheduler whose workers run the paths. "
-            "Without it: this machine runs them.",
-        ),
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help=SCHEDULER)
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -45,13 +38,11 @@ def run(
     """
     from ftcfa.experiment import load_experiment
     from ftcfa.files import make_folder
-    from ftcfa.report.ensemble import ensemble_files, ensemble_record
-    from ftcfa.report.ensemble_table import print_ensemble
+    from ftcfa.report.ensemble import ensemble_files, ensemble_record, print_ensemble
     from ftcfa.study.progress import Interrupted
 
     options = given(paths=paths, duration=duration)
     chosen = replace(load_experiment(experiment), specification=None, **options)
-    check_threads(threads)
     make_folder(out)
     interruption = None
     with cluster(scheduler) as client, progress_of_paths() as report:

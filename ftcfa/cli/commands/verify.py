@@ -6,63 +6,32 @@ from typing import Annotated, Any
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, ExperimentFile, Threads, check_threads, given
+from ftcfa.cli.options import AsJson, ExperimentFile, Threads, given
 from ftcfa.cli.progress import progress_of_paths
 
 EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
 
 REQUIRED = "Overrides the file; required if the file has no specification."
-Error = Annotated[
-    float | None,
-    typer.Option(help=f"Largest tracking error once settled, in rad or m. {REQUIRED}"),
-]
-Within = Annotated[
-    float | None,
-    typer.Option(help=f"Time by which a run must have settled, in s. {REQUIRED}"),
-]
-Effort = Annotated[
-    float | None,
-    typer.Option(
-        help="Largest torque of every joint, in N m or N. Overrides the file. "
-        "Without both: no limit."
-    ),
-]
-TorqueRate = Annotated[
-    float | None,
-    typer.Option(
-        help="Largest torque rate of every joint, in N m/s or N/s. Overrides the file. "
-        "Without both: no limit."
-    ),
-]
-Share = Annotated[
-    float | None,
-    typer.Option(
-        help="Share of all runs that must keep the specification, between 0 and 1. "
-        "Overrides the file. Without both: 0.95."
-    ),
-]
-Confidence = Annotated[
-    float | None,
-    typer.Option(
-        help="Confidence of the answer, yes or no, between 0 and 1. Overrides the file. "
-        "Without both: 0.95."
-    ),
-]
-Budget = Annotated[
-    int | None,
-    typer.Option(help="Largest number of paths to run. Overrides the file. Without both: 10000."),
-]
+ERROR = f"Largest tracking error once settled, in rad or m. {REQUIRED}"
+WITHIN = f"Time by which a run must have settled, in s. {REQUIRED}"
+UNLIMITED = "Overrides the file. Without both: no limit."
+EFFORT = f"Largest torque of every joint, in N m or N. {UNLIMITED}"
+RATE = f"Largest torque rate of every joint, in N m/s or N/s. {UNLIMITED}"
+DEFAULT = "between 0 and 1. Overrides the file. Without both: 0.95."
+SHARE = f"Share of all runs that must keep the specification, {DEFAULT}"
+CONFIDENCE = f"Confidence of the answer, yes or no, {DEFAULT}"
+BUDGET = "Largest number of paths to run. Overrides the file. Without both: 10000."
 
 
 def verify(
     experiment: ExperimentFile,
-    error: Error = None,
-    within: Within = None,
-    effort: Effort = None,
-    torque_rate: TorqueRate = None,
-    share: Share = None,
-    confidence: Confidence = None,
-    budget: Budget = None,
+    error: Annotated[float | None, typer.Option(help=ERROR)] = None,
+    within: Annotated[float | None, typer.Option(help=WITHIN)] = None,
+    effort: Annotated[float | None, typer.Option(help=EFFORT)] = None,
+    torque_rate: Annotated[float | None, typer.Option(help=RATE)] = None,
+    share: Annotated[float | None, typer.Option(help=SHARE)] = None,
+    confidence: Annotated[float | None, typer.Option(help=CONFIDENCE)] = None,
+    budget: Annotated[int | None, typer.Option(help=BUDGET)] = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
@@ -81,7 +50,6 @@ def verify(
         confidence=confidence, budget=budget,
     )  # fmt: skip
     chosen = replace(loaded, specification=_specification(loaded.specification, options))
-    check_threads(threads)
     with progress_of_paths() as report:
         verification = chosen.verify(threads=threads, progress=report)
     record = verification_record(verification, str(experiment), chosen.duration)
@@ -97,10 +65,6 @@ def _specification(of_file: Any, options: dict[str, Any]) -> Any:
     if of_file is not None:
         return replace(of_file, **options)
     if not options.keys() >= {"error", "within"}:
-        raise ParameterError(
-            "specification",
-            "missing",
-            "a table [specification] in the file with error and within",
-            "or give --error and --within",
-        )
+        expected = "a table [specification] in the file with error and within"
+        raise ParameterError("specification", "missing", expected, "or give --error and --within")
     return Specification(**options)

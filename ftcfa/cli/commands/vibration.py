@@ -10,24 +10,18 @@ from ftcfa.cli.ending import finish
 from ftcfa.cli.options import AsJson, FigureFolder
 from ftcfa.cli.progress import progress_of_steps
 
+NAMES = "Names of vibration standards. Without any: list the known ones."
+TABLE = (
+    "File with tables of your own; all of them are shown, or those named. "
+    "Without it: the standards that come with ftcfa."
+)
+
 
 def vibration(
     names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[NAME]...",
-            help="Names of vibration standards. Without any: list the known ones.",
-            show_default=False,
-        ),
+        list[str] | None, typer.Argument(metavar="[NAME]...", help=NAMES, show_default=False)
     ] = None,
-    table: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.toml",
-            help="File with tables of your own; all of them are shown, or those named. "
-            "Without it: the standards that come with ftcfa.",
-        ),
-    ] = None,
+    table: Annotated[Path | None, typer.Option(metavar="FILE.toml", help=TABLE)] = None,
     out: FigureFolder = None,
     as_json: AsJson = False,
 ) -> None:
@@ -36,17 +30,12 @@ def vibration(
     Example: ftcfa vibration mil_std_810g_highway_truck_vertical --out out
     """
     from ftcfa.files import make_folder
-    from ftcfa.report.vibration import (
-        catalogue_record,
-        print_catalogue,
-        print_realised,
-        realised_record,
-    )
+    from ftcfa.report import vibration as report
     from ftcfa.study.realised_spectrum import realise_standard
     from ftcfa.vibration.spectra.standards import standards
 
     if not names and table is None:
-        finish(catalogue_record(standards()), print_catalogue, as_json)
+        finish(report.catalogue_record(standards()), report.print_catalogue, as_json)
         return
     chosen = _chosen(names or [], table)
     if out is not None:
@@ -56,22 +45,17 @@ def vibration(
         for standard in chosen:
             realised.append(realise_standard(standard))
             advance()
-    record = realised_record(realised)
-    files = {}
+    record, files = report.realised_record(realised), {}
     if out is not None:
-        from ftcfa.report.vibration_figure import vibration_files
+        from ftcfa.report.figures import figure_files
+        from ftcfa.report.vibration_figure import vibration_figure
 
-        files = vibration_files(realised, record)
-    finish(record, print_realised, as_json, files, out)
+        files = figure_files("spectrum", vibration_figure(realised), record)
+    finish(record, report.print_realised, as_json, files, out)
 
 
 def _chosen(names: Sequence[str], table: Path | None) -> list[Any]:
-    """Standards by name, or all of a file.
-
-    Args:
-        names: Names; none for all of the file.
-        table: File of tables; None for the standards that come with ftcfa.
-    """
+    """Standards by name, or all, of a file; without a file of those that come with ftcfa."""
     from ftcfa.errors import UnknownNameError
     from ftcfa.vibration.spectra.standards import read_table, standards
 
