@@ -13,16 +13,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ftcfa import (
-    FTCF,
-    BaseAcceleration,
-    ClosedLoop,
-    ShapedNoise,
-    Sinusoid,
-    Uncertainty,
-    Vibration,
-    load_arm,
-)
+import ftcfa
 from ftcfa.files import make_folder, write_whole
 from ftcfa.report.comparison import comparison_record, print_comparison
 from ftcfa.report.comparison_figure import comparison_figure
@@ -39,14 +30,14 @@ DURATION = {"pendulum": 10.0, "panda": 5.0}
 
 def panda():
     """Panda on a truck's floor, home + 0.3 sin t; its inertias are known to some 20 %."""
-    arm = load_arm("panda")
-    return ClosedLoop(
+    arm = ftcfa.load_arm("panda")
+    return ftcfa.ClosedLoop(
         arm,
-        FTCF(arm, compensation="bias"),
-        Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home),
-        Vibration(BaseAcceleration("xyz"), ShapedNoise(TRUCK)),
+        ftcfa.FTCF(arm, compensation="bias"),
+        ftcfa.Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home),
+        ftcfa.Vibration(ftcfa.BaseAcceleration("xyz"), ftcfa.ShapedNoise(TRUCK)),
         substeps=4,
-        uncertainty=Uncertainty(mass=0.2, centre=0.01, shape=0.1),
+        uncertainty=ftcfa.Uncertainty(mass=0.2, centre=0.01, shape=0.1),
     )
 
 

@@ -19,16 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ftcfa import (
-    FTCF,
-    ClosedLoop,
-    Constant,
-    LinearFilter,
-    ShapedNoise,
-    Vibration,
-    load_arm,
-    simulate_paths,
-)
+import ftcfa
 
 DENSITY, DRAG = 1.225, 1.2
 """Density of air [kg/m^3], and drag coefficient of a cylinder across the wind [1]."""
@@ -57,12 +48,12 @@ def gusts_on_the_forearm(arm, q):
 def gusts():
     """Noise with Dryden's spectrum of longitudinal gusts."""
     rate = WIND / LENGTH
-    return ShapedNoise(LinearFilter([[-rate]], [[GUST * np.sqrt(2.0 * rate)]], [[1.0]]))
+    return ftcfa.ShapedNoise(ftcfa.LinearFilter([[-rate]], [[GUST * np.sqrt(2.0 * rate)]], [[1.0]]))
 
 
 def error(loop, paths):
     """Root mean square of the overall tracking error after two seconds [rad]."""
-    late = simulate_paths(loop, paths, 4.0, record_every=10).sel(time=slice(2, None))
+    late = ftcfa.simulate_paths(loop, paths, 4.0, record_every=10).sel(time=slice(2, None))
     return np.sqrt((late.ote**2).mean().item())
 
 
@@ -71,16 +62,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--paths", type=int, default=256, help="number of paths of each posture")
     paths = parser.parse_args().paths
-    arm = load_arm("ur5")
+    arm = ftcfa.load_arm("ur5")
     print(f"UR5 in gusts of {GUST:g} m/s rms on a wind of {WIND:g} m/s, {paths} paths")
     print("forearm          torque of gusts, rms   OTE, rms   without wind")
     for name, elbow in (("across the wind", 0.0), ("at 45 degrees", 0.25), ("along the wind", 0.5)):
         q = np.array([0.0, -0.5, elbow, 0.0, 0.0, 0.0]) * np.pi
-        loop = ClosedLoop(
+        loop = ftcfa.ClosedLoop(
             arm,
-            FTCF(arm, compensation="bias"),
-            Constant(q),
-            Vibration(gusts_on_the_forearm, gusts()),
+            ftcfa.FTCF(arm, compensation="bias"),
+            ftcfa.Constant(q),
+            ftcfa.Vibration(gusts_on_the_forearm, gusts()),
             q0=q,
         )
         torque = GUST * np.linalg.norm(gusts_on_the_forearm(arm, q))

@@ -19,16 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from ftcfa import (
-    CONTROLLERS,
-    BaseAcceleration,
-    ClosedLoop,
-    Sinusoid,
-    Vibration,
-    WhiteNoise,
-    load_arm,
-    simulate_paths,
-)
+import ftcfa
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, DASHED, GREEN, GREY, ORANGE, STYLE, page, rendered
@@ -47,33 +38,33 @@ LAWS = {
 DURATION, CHUNK = 5.0, 8
 
 
-def pendulum(law: str, ticks: int) -> ClosedLoop:
+def pendulum(law: str, ticks: int) -> ftcfa.ClosedLoop:
     """The loop of the paper's study under a law."""
     loop = closed_loop(Case(noise="psd"))
-    controller = CONTROLLERS[law](loop.arm)
+    controller = ftcfa.CONTROLLERS[law](loop.arm)
     return replace(loop, controller=controller, period=ticks * STEP, substeps=ticks)
 
 
-def panda(law: str, ticks: int) -> ClosedLoop:
+def panda(law: str, ticks: int) -> ftcfa.ClosedLoop:
     """Panda about its home posture, started 0.05 rad away from it."""
-    arm = load_arm("panda")
-    shaken = Vibration(BaseAcceleration(), WhiteNoise(0.1))
-    reference = Sinusoid(0.3, offset=arm.home)
-    return ClosedLoop(
-        arm, CONTROLLERS[law](arm), reference, shaken, ticks * STEP, ticks, q0=arm.home + 0.05
+    arm = ftcfa.load_arm("panda")
+    shaken = ftcfa.Vibration(ftcfa.BaseAcceleration(), ftcfa.WhiteNoise(0.1))
+    reference = ftcfa.Sinusoid(0.3, offset=arm.home)
+    return ftcfa.ClosedLoop(
+        arm, ftcfa.CONTROLLERS[law](arm), reference, shaken, ticks * STEP, ticks, q0=arm.home + 0.05
     )
 
 
-ARMS: Mapping[str, Callable[[str, int], ClosedLoop]] = {"pendulum": pendulum, "Panda": panda}
+ARMS: Mapping[str, Callable[[str, int], ftcfa.ClosedLoop]] = {"pendulum": pendulum, "Panda": panda}
 Demands = dict[tuple[str, str, int], Array]
 
 
-def demands(loop: ClosedLoop, paths: int, duration: float) -> Array:
+def demands(loop: ftcfa.ClosedLoop, paths: int, duration: float) -> Array:
     """Largest torque that is demanded of any joint on each path, shape (paths,) [N m]."""
     largest = []
     for start in range(0, paths, CHUNK):
         numbers = range(start, min(start + CHUNK, paths))
-        ran = simulate_paths(loop, numbers, duration, signals=["u_command"])
+        ran = ftcfa.simulate_paths(loop, numbers, duration, signals=["u_command"])
         largest.append(np.abs(ran.u_command).max(("time", "joint")).values)
     return np.concatenate(largest)
 

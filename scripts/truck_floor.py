@@ -21,19 +21,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
-from ftcfa import (
-    FTCF,
-    BaseAcceleration,
-    ClosedLoop,
-    RandomPhase,
-    ShapedNoise,
-    Sinusoid,
-    Uncertainty,
-    Vibration,
-    load_arm,
-    realise,
-    simulate_paths,
-)
+import ftcfa
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, INK, LIGHT, ORANGE, STYLE, draw_level, page, rendered
@@ -47,7 +35,7 @@ TABLES = tuple(f"mil_std_810g_highway_truck_{axis}" for axis in AXES)
 LINES, QUICK_LINES = 490, 49
 """Number of lines of a sum of sinusoids from 10 to 500 Hz: one every 1 Hz, or every 10 Hz."""
 SUBSTEPS = 4
-ROBOTS = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
+ROBOTS = ftcfa.Uncertainty(mass=0.2, centre=0.01, shape=0.1)
 SHOWN = {"pendulum": "none", "Panda": "bias"}
 """The arms, and the compensation that the figure shows."""
 LAW = {"none": "the paper's law", "bias": "nominal bias compensated"}
@@ -90,29 +78,31 @@ CASES = tuple(
 )  # fmt: skip
 
 
-def closed_loop(case: Case, lines: int) -> ClosedLoop:
+def closed_loop(case: Case, lines: int) -> ftcfa.ClosedLoop:
     """The paper's loop, or Panda about its home posture, on the floor of a case."""
-    floors = {"truck": ShapedNoise(TABLES), "lines": RandomPhase(TABLES, lines)}
+    floors = {"truck": ftcfa.ShapedNoise(TABLES), "lines": ftcfa.RandomPhase(TABLES, lines)}
     if case.arm == "pendulum":
-        arm = load_arm("double_pendulum", gravity=GRAVITY)
+        arm = ftcfa.load_arm("double_pendulum", gravity=GRAVITY)
         reference, start = REFERENCE, {"q0": Q0, "v0": V0}
     else:
-        arm, start = load_arm("panda"), {}
-        reference = Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home)
-    return ClosedLoop(
+        arm, start = ftcfa.load_arm("panda"), {}
+        reference = ftcfa.Sinusoid(amplitude=0.3, angular_frequency=1.0, offset=arm.home)
+    return ftcfa.ClosedLoop(
         arm,
-        FTCF(arm, compensation=case.compensation),
+        ftcfa.FTCF(arm, compensation=case.compensation),
         reference,
-        Vibration(BaseAcceleration("xyz"), floors[case.floor]) if case.floor in floors else None,
+        ftcfa.Vibration(ftcfa.BaseAcceleration("xyz"), floors[case.floor])
+        if case.floor in floors
+        else None,
         substeps=SUBSTEPS,
         uncertainty=ROBOTS if case.uncertain else None,
         **start,
     )
 
 
-def run(loop: ClosedLoop, paths: int, duration: float, seed: int) -> xr.Dataset:
+def run(loop: ftcfa.ClosedLoop, paths: int, duration: float, seed: int) -> xr.Dataset:
     """Paths of a loop: ``ote`` [rad], ``effort`` and ``saturated`` over (path, time)."""
-    ran = simulate_paths(
+    ran = ftcfa.simulate_paths(
         loop, paths, duration, seed=seed, record_every=RECORD_EVERY, signals=["u_command"]
     )
     limit = xr.DataArray(loop.arm.effort_limit, dims="joint")
@@ -122,7 +112,7 @@ def run(loop: ClosedLoop, paths: int, duration: float, seed: int) -> xr.Dataset:
     )
 
 
-def overloaded(loop: ClosedLoop, ran: xr.Dataset) -> Array:
+def overloaded(loop: ftcfa.ClosedLoop, ran: xr.Dataset) -> Array:
     """Whether a robot could not follow the reference even on a floor at rest, shape (robots,).
 
     Inverse dynamics along the reference exceeds the torque limit.
@@ -148,7 +138,7 @@ def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
     return np.quantile(ranked, QUANTILES, axis=axis, method="inverted_cdf")
 
 
-def row(case: Case, loop: ClosedLoop, ran: xr.Dataset) -> list[str | Text]:
+def row(case: Case, loop: ftcfa.ClosedLoop, ran: xr.Dataset) -> list[str | Text]:
     """The texts of a row of the table."""
     late = ran.ote.values[:, ran.sizes["time"] // 2 :]
     settled = [below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values]
@@ -240,8 +230,8 @@ def _draw_band(ax: Any, values: xr.DataArray, colours: tuple[str, str], label: s
 
 def _draw_floor(panels: Any, seed: int) -> None:
     """Draw the floor's acceleration on path 0, the same for both arms."""
-    step, floor = 1e-3 / SUBSTEPS, ShapedNoise(TABLES)
-    a = realise(floor, len(AXES), GLANCE, step, seed=seed) / STANDARD_GRAVITY
+    step, floor = 1e-3 / SUBSTEPS, ftcfa.ShapedNoise(TABLES)
+    a = ftcfa.realise(floor, len(AXES), GLANCE, step, seed=seed) / STANDARD_GRAVITY
     for k, (ax, axis, fit) in enumerate(zip(panels, AXES, floor.fits, strict=True)):
         level = fit.filter.rms()[0] / STANDARD_GRAVITY
         ax.plot(step * np.arange(len(a)), a[:, k], color=INK, linewidth=0.7)

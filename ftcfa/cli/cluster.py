@@ -13,10 +13,7 @@ SECONDS_TO_ANSWER = 5
 
 @contextmanager
 def cluster(scheduler: str | None) -> Iterator[Any]:
-    """Connect to a Dask cluster; yields its client, or None without an address.
-
-    Args:
-        scheduler: Address of the scheduler, such as ``tcp://127.0.0.1:8786``.
+    """Connect to a Dask cluster by the address of its scheduler; yields a client, or None.
 
     Raises:
         FtcfaError: If the package ``distributed`` is not installed.
@@ -30,22 +27,17 @@ def cluster(scheduler: str | None) -> Iterator[Any]:
     try:
         import distributed
     except ImportError as error:
-        raise FtcfaError(
-            "--scheduler",
-            "the package 'distributed' is not installed",
-            "",
-            "install it: pip install 'ftcfa[cluster]'",
-        ) from error
+        missing = "the package 'distributed' is not installed"
+        remedy = "install it: pip install 'ftcfa[cluster]'"
+        raise FtcfaError("--scheduler", missing, "", remedy) from error
     if not re.fullmatch(ADDRESS, scheduler):
         raise ParameterError("--scheduler", scheduler, "an address such as tcp://127.0.0.1:8786")
     try:
         client = distributed.Client(scheduler, timeout=SECONDS_TO_ANSWER)
     except OSError as error:
-        raise ParameterError(
-            "--scheduler",
-            f"no answer from {scheduler} within {SECONDS_TO_ANSWER} s",
-            "the address of a Dask scheduler that runs",
-        ) from error
+        silent = f"no answer from {scheduler} within {SECONDS_TO_ANSWER} s"
+        expected = "the address of a Dask scheduler that runs"
+        raise ParameterError("--scheduler", silent, expected) from error
     with client:
         try:
             client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)

@@ -94,12 +94,7 @@ def _measured(followed: TheoremPaths) -> dict[str, Any]:
 
 
 def print_bounds(record: Mapping[str, Any], console: Console) -> None:
-    """Print the verdict, the gain conditions, the constants, and what was measured.
-
-    Args:
-        record: Result of `bounds_record`.
-        console: Where to print.
-    """
+    """Print the result of `bounds_record`: verdict, gain conditions, constants, measurements."""
     print_line(f"{record['verdict']}\n", console, "bold")
     conditions = (
         [each["name"], f"{each['value']:.4g}", f"{each['relation']} {each['required']:.4g}",

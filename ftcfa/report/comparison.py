@@ -15,10 +15,9 @@ COLUMNS = [name for name, metric in COMPARED.items() if metric.column]
 
 
 def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
-    """Content of summary.json: a row a loop, with intervals and differences from the first.
+    """Content of summary.json, from the result of `ftcfa.compare`.
 
-    Args:
-        dataset: Result of `ftcfa.compare`.
+    A row a loop, with intervals and differences from the first loop.
     """
     rows = []
     for loop in dataset["loop"].values:
@@ -46,12 +45,7 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def print_comparison(record: Mapping[str, Any], console: Console) -> None:
-    """Print the table: means over the paths that did not diverge, and its meaning.
-
-    Args:
-        record: Result of `comparison_record`.
-        console: Where to print.
-    """
+    """Print the result of `comparison_record`: means of the paths that did not diverge."""
     heads = ["loop", *(f"{COMPARED[name].column}\n{_unit(name)}" for name in COLUMNS)]
     rows = (
         [row["loop"], *(_cell(row["metrics"][name], name) for name in COLUMNS)]
@@ -63,11 +57,7 @@ def print_comparison(record: Mapping[str, Any], console: Console) -> None:
 
 
 def sentences(record: Mapping[str, Any]) -> list[str]:
-    """What the table means, and for each loop which differences are significant.
-
-    Args:
-        record: Result of `comparison_record`.
-    """
+    """What the table means, and for each loop which differences are significant."""
     differs = ",".join(row["differs in"] for row in record["loops"])
     apart = sorted({word.split(".")[0].strip() for word in differs.split(",")} - {""})
     duration, first = record["duration"], record["compared with"]

@@ -26,12 +26,7 @@ LOGARITHMIC = 20
 
 @mpl.rc_context(STYLE)
 def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
-    """Median, quartiles and 5 to 95 % of the paths, a row a loop, a panel a metric.
-
-    Args:
-        dataset: Result of `ftcfa.compare`.
-        title: Heading.
-    """
+    """Median, quartiles and 5 to 95 % of the paths, a row a loop, a panel a metric."""
     names = [str(name) for name in dataset["loop"].values]
     figure = page(HEAD + 2 * (LINE * len(names) + 0.4), title)
     panels = figure.subplots(2, 2, sharey=True).ravel()

@@ -148,25 +148,13 @@ def netcdf(dataset: xr.Dataset) -> bytes:
 def ensemble_files(
     dataset: xr.Dataset, record: Mapping[str, Any], effort_limit: Array, title: str
 ) -> dict[str, bytes]:
-    """Files of ``ftcfa run``, by name: the Dataset, summary.json, PNG and SVG of the figure.
-
-    Args:
-        dataset: Result of `ftcfa.ensemble`.
-        record: Result of `ensemble_record`.
-        effort_limit: u*, shape (n,) [N m or N].
-        title: Heading of the figure.
-    """
+    """Files of ``ftcfa run``, by name: the Dataset, PNG and SVG of the figure, summary.json."""
     figure = ensemble_figure(dataset, effort_limit, title)
     return {"ensemble.nc": netcdf(dataset), **figure_files("ensemble", figure, record)}
 
 
 def print_ensemble(record: Mapping[str, Any], console: Console) -> None:
-    """Print the facts and the table of an ensemble, and the meaning of its columns.
-
-    Args:
-        record: Result of `ensemble_record`.
-        console: Where to print.
-    """
+    """Print the result of `ensemble_record`: facts, a table, and the meaning of its columns."""
     print_facts(_facts(record), console)
     console.print()
     _print_metrics(record["metrics"], console)

@@ -30,13 +30,7 @@ _KEY: dict[str, Any] = {
 
 @mpl.rc_context(STYLE)
 def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Figure:
-    """An ensemble on one page of four panels.
-
-    Args:
-        dataset: Result of `ftcfa.ensemble`.
-        effort_limit: u*, shape (n,) [N m or N].
-        title: Heading.
-    """
+    """An ensemble on one page of four panels; the effort limit is u*, shape (n,) [N m or N]."""
     figure = page(HEIGHT, title, _note(dataset), WIDTH)
     (square, fan), (torque, settle) = figure.subplots(2, 2)
     for ax in (square, fan, torque):

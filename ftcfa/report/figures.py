@@ -119,13 +119,7 @@ def figure_files(name: str, figure: Figure, record: Mapping[str, Any]) -> dict[s
 
 @mpl.rc_context(STYLE)
 def tracking(path: xr.Dataset, title: str, note: str) -> Figure:
-    """Position q against the reference q_d, joint by joint.
-
-    Args:
-        path: Result of `ftcfa.simulate`.
-        title: Heading.
-        note: What was simulated, below the heading.
-    """
+    """Position q against the reference q_d, joint by joint, from a result of `ftcfa.simulate`."""
     figure, axes = _joint_panels(path, title, note)
     for row, joint in zip(axes, path["joint"].values, strict=True):
         one = path.sel(joint=joint)
@@ -139,14 +133,7 @@ def tracking(path: xr.Dataset, title: str, note: str) -> Figure:
 
 @mpl.rc_context(STYLE)
 def torque(path: xr.Dataset, limit: Array, title: str, note: str) -> Figure:
-    """Applied torque u with its limits, joint by joint.
-
-    Args:
-        path: Result of `ftcfa.simulate`.
-        limit: u*, shape (n,) [N m or N].
-        title: Heading.
-        note: What was simulated, below the heading.
-    """
+    """Applied torque u with its limits u*, shape (n,) [N m or N], joint by joint."""
     figure, axes = _joint_panels(path, title, note)
     for row, joint, bound in zip(axes, path["joint"].values, limit, strict=True):
         one = path.sel(joint=joint)
@@ -159,13 +146,9 @@ def torque(path: xr.Dataset, limit: Array, title: str, note: str) -> Figure:
 
 @mpl.rc_context(STYLE)
 def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note: str) -> Figure:
-    """Overall tracking error of several controllers, on a linear and on a log axis.
+    """Overall tracking error on a linear and on a log axis, and the band of the settled [rad].
 
-    Args:
-        paths: Results of `ftcfa.simulate`, by the controllers' labels; three at most.
-        band: Error below which a path has settled [rad].
-        title: Heading.
-        note: What was simulated, below the heading.
+    Up to three results of `ftcfa.simulate` are drawn, by the labels of their controllers.
     """
     figure = page(5.4, title, note)
     linear, log = figure.subplots(2, 1, sharex=True)
@@ -190,15 +173,10 @@ def overall_error(paths: Mapping[str, xr.Dataset], band: float, title: str, note
 def filters(
     paths: Mapping[str, xr.Dataset], joint: str, limit: float, title: str, note: str
 ) -> Figure:
-    """Error of the command filter and the torque that follows from it, for one joint.
+    """Error of the command filter, and the torque that follows from it, for one joint.
 
-    Args:
-        paths: Datasets with ``alpha`` and ``abar``, by the filters' labels; the roughest first,
-            three at most.
-        joint: The joint to show.
-        limit: Its u* [N m or N].
-        title: Heading.
-        note: What was simulated, below the heading.
+    Up to three Datasets with ``alpha`` and ``abar`` are drawn, by the filters' labels; the roughest
+    comes first. The limit is the joint's u* [N m or N].
     """
     figure = page(5.0, title, note)
     axes = figure.subplots(2, 2, sharex="col", sharey="row", width_ratios=(1.6, 1))

@@ -14,11 +14,7 @@ def finite(value: Any) -> float | None:
 
 
 def interval(estimate: Iterable[Any]) -> dict[str, float | None]:
-    """An estimate and the ends of its interval, by name.
-
-    Args:
-        estimate: Value, low and high.
-    """
+    """An estimate (value, low, high) and the ends of its interval, by name."""
     return dict(zip(("estimate", "low", "high"), map(finite, estimate), strict=True))
 
 
@@ -28,9 +24,5 @@ def versions(*packages: str) -> dict[str, str]:
 
 
 def summary_file(record: Mapping[str, Any]) -> bytes:
-    """Content of summary.json.
-
-    Args:
-        record: Plain data, without infinite numbers and NaN.
-    """
+    """Content of summary.json: plain data, without infinite numbers and NaN."""
     return (json.dumps(record, indent=2, allow_nan=False) + "\n").encode()

@@ -86,10 +86,7 @@ def summary_record(
 ) -> dict[str, Any]:
     """Content of summary.json: a row a case, and what is needed to run it again.
 
-    Args:
-        paths: Dataset of each case.
-        duration: Simulated time [s].
-        quick: Whether this is a quick look instead of the whole study.
+    ``quick`` is true of a quick look instead of the whole study.
     """
     return {
         "study": "Song, Zhao and Cui, Section V",
@@ -109,10 +106,6 @@ def summary_row(case: Case, dataset: xr.Dataset) -> dict[str, Any]:
 
     A mean or maximum over the last half is None if the path diverged. The largest torque and the
     share of saturation are those until it diverged.
-
-    Args:
-        case: The case.
-        dataset: Its path, as of `ftcfa.study.reproduction.run_case`.
     """
     time, ote = dataset["time"].values, dataset["ote"].values
     u, command = np.abs(dataset["u"].values), np.abs(dataset["u_command"].values)
@@ -134,12 +127,9 @@ def reproduction_files(
     record: Mapping[str, Any],
     done: Callable[[], None] = lambda: None,
 ) -> dict[str, bytes]:
-    """All files of the reproduction, by name: PNG and SVG of each figure, and summary.json.
+    """Files of ``ftcfa reproduce``, by name: PNG and SVG of each figure, and summary.json.
 
-    Args:
-        paths: Dataset of each case.
-        record: Result of `summary_record`.
-        done: Called after each figure.
+    ``done`` is called after each figure.
     """
     files = {}
     for name, figure in reproduction_figures(paths).items():
@@ -150,12 +140,7 @@ def reproduction_files(
 
 
 def print_summary(record: Mapping[str, Any], console: Console) -> None:
-    """Print the table of the cases and what its columns mean.
-
-    Args:
-        record: Result of `summary_record`.
-        console: Where to print.
-    """
+    """Print the result of `summary_record`: a table, and what its columns mean."""
     if record["quick"]:
         print_line(
             f"quick look: {len(record['cases'])} of {len(CASES)} cases, {record['duration']:g} s "

@@ -58,12 +58,7 @@ def _replay(file: str, duration: float, seed: int, path: int) -> str:
 
 
 def print_verification(record: Mapping[str, Any], console: Console) -> None:
-    """Print the answer and what it rests on.
-
-    Args:
-        record: Result of `verification_record`.
-        console: Where to print.
-    """
+    """Print the result of `verification_record`: the answer, and what it rests on."""
     console.print(record["answer"], style="bold", markup=False)
     print_facts(_facts(record), console)
     if not record["worst"]:

@@ -28,11 +28,7 @@ UNITS = {"g_rms": "g", "nominal_g_rms": "g", "band": "Hz", "points": "[Hz, g^2/H
 
 
 def unverified(verified: str) -> bool:
-    """Whether no primary source of a table was seen.
-
-    Args:
-        verified: What its author says of how far it was checked.
-    """
+    """Whether no primary source of a table was seen, by what its author says of checks."""
     return verified == NOT_STATED or verified.startswith("unverified")
 
 
@@ -125,12 +121,7 @@ def _estimate(estimate: SpectrumEstimate) -> dict[str, Any]:
 
 
 def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
-    """Print the names of the known standards, grouped by their sources.
-
-    Args:
-        record: Result of `catalogue_record`.
-        console: Where to print.
-    """
+    """Print the result of `catalogue_record`: the standards, grouped by their sources."""
     origin = itemgetter("source", "verified")
     for (source, verified), entries in groupby(record["standards"], origin):
         print_line(source, console, "bold")
@@ -148,12 +139,7 @@ def print_catalogue(record: Mapping[str, Any], console: Console) -> None:
 
 
 def print_realised(record: Mapping[str, Any], console: Console) -> None:
-    """Print what became of each standard.
-
-    Args:
-        record: Result of `realised_record`.
-        console: Where to print.
-    """
+    """Print the result of `realised_record`: what became of each standard."""
     for entry in record["standards"]:
         print_line(entry["name"], console, "bold")
         print_facts(_facts(entry, record["period"]), console)

@@ -32,11 +32,7 @@ GRID = 1000
 
 @mpl.rc_context(STYLE)
 def vibration_figure(realised: Sequence[RealisedStandard]) -> Figure:
-    """Standards, fitted filters, and Welch's estimates of realisations, a panel each.
-
-    Args:
-        realised: Results of `realise_standard`.
-    """
+    """Standards, fitted filters, and Welch's estimates of realisations, a panel each."""
     figure = page(HEAD + PANEL * len(realised))
     panels = figure.subplots(len(realised), 1, squeeze=False)[:, 0]
     for ax, one in zip(panels, realised, strict=True):

@@ -14,12 +14,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import contenders
 import numpy as np
-import rivals
 from chain import write_chain
-from engine import PATHS, compiled, varied
+from contenders import PATHS, compiled
 from rich.console import Console
-from tables import at_least, at_most, show, show_skipped
+from tables import show, show_skipped, target
 from timing import Effort, Record, measured, microseconds, ratios, seconds_of
 
 from ftcfa import FTCF, BaseAcceleration, ClosedLoop, Sinusoid, Vibration, WhiteNoise, load_arm
@@ -78,16 +78,16 @@ def _measure_arm(robot: str, effort: Effort) -> Record:
     """Record of one arm: shared and varied parameters, rivals, compile times."""
     times = compile_times(robot, 1 if effort.quick else 3)
     loop, counts, skipped = bench_loop(robot), effort.thread_counts, {}
-    model = rivals.bare_model(loop.controller.nominal)
-    contenders = [compiled(loop, k) for k in counts]
-    contenders += [compiled(loop, counts[-1], values=varied(loop)), rivals.interpreted(loop)]
-    contenders += [rivals.aba(model, k) for k in counts]
+    model = contenders.bare_model(loop.controller.nominal)
+    measures = [compiled(loop, k) for k in counts]
+    measures += [compiled(loop, counts[-1], values=contenders.varied(loop))]
+    measures += [contenders.interpreted(loop), *(contenders.aba(model, k) for k in counts)]
     try:
-        arm = rivals.mujoco_arm(model)
-        contenders += [rivals.mujoco_rollout(arm, k) for k in counts]
+        arm = contenders.mujoco_arm(model)
+        measures += [contenders.mujoco_rollout(arm, k) for k in counts]
     except (ImportError, ValueError) as error:
         skipped["MuJoCo"] = str(error).splitlines()[0]
-    rows = measured(contenders, effort)
+    rows = measured(measures, effort)
     return {
         "joints": loop.arm.n, **times, "rows": rows, "ratios": ratios(rows), "skipped": skipped,
     }  # fmt: skip
@@ -113,12 +113,7 @@ def print_tables(record: Record, console: Console) -> None:
         "Ratios to ftcfa, each at its best number of threads; the code, and the cost of a call",
         ["arm", *kinds.values(), "joints", "instructions", "trace s", "compile s", "call ms"],
         (
-            [
-                name,
-                *(arm["ratios"].get(kind) for kind in kinds),
-                *(arm[fact] for fact in facts),
-                arm["rows"][0]["call_ms"],
-            ]
+            [name, *map(arm["ratios"].get, kinds), *map(arm.get, facts), arm["rows"][0]["call_ms"]]
             for name, arm in arms.items()
         ),
     )
@@ -132,11 +127,11 @@ def targets(arms: Record) -> list[Record]:
     shares = {name: arm["ratios"]["ftcfa, varied"] for name, arm in arms.items()}
     worst = max(shares, key=lambda name: shares[name])
     rows = [
-        at_least(f"panda: {name} / ftcfa", panda.get(name), bound)
+        target(f"panda: {name} / ftcfa", panda.get(name), ">=", bound)
         for name, bound in (("aba", 4), ("MuJoCo", 6), ("interpreted", 300))
     ]
-    rows.append(at_most(f"varied / shared parameters ({worst})", shares[worst], 1.3))
+    rows.append(target(f"varied / shared parameters ({worst})", shares[worst], "<=", 1.3))
     for name, bound in (("panda", 1), ("chain24", 10)):
         seconds = arms[name]["trace_s"] + arms[name]["compile_s"] if name in arms else None
-        rows.append(at_most(f"{name}: trace and compile, s", seconds, bound))
+        rows.append(target(f"{name}: trace and compile, s", seconds, "<=", bound))
     return rows

@@ -18,23 +18,13 @@ from rich.console import Console
 from tables import show
 from timing import Effort, Record
 
-from ftcfa import (
-    FTCF,
-    BaseAcceleration,
-    ClosedLoop,
-    Sinusoid,
-    Uncertainty,
-    Vibration,
-    WhiteNoise,
-    ensemble,
-    load_arm,
-)
+import ftcfa
 from ftcfa.arrays import Array
 from ftcfa.study.chunk import simulate_chunk
 from ftcfa.study.plan import Plan
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
-UNCERTAINTY = Uncertainty(mass=0.2, centre=0.01, shape=0.1)
+UNCERTAINTY = ftcfa.Uncertainty(mass=0.2, centre=0.01, shape=0.1)
 DURATION, QUICK_DURATION = 5.0, 0.5
 """Simulated time of a path [s]."""
 CHUNKS, TURNS = 3, 3
@@ -48,21 +38,21 @@ def measure(effort: Effort) -> Record:
     return {"rows": rows}
 
 
-def loops() -> dict[str, ClosedLoop]:
+def loops() -> dict[str, ftcfa.ClosedLoop]:
     """The paper's pendulum and a Panda, as it is and with another robot for every path."""
-    arm = load_arm("panda")
-    panda = ClosedLoop(
+    arm = ftcfa.load_arm("panda")
+    panda = ftcfa.ClosedLoop(
         arm=arm,
-        controller=FTCF(arm, compensation="bias"),
-        reference=Sinusoid(amplitude=0.3, offset=arm.home),
-        vibration=Vibration(BaseAcceleration(), WhiteNoise(0.1)),
+        controller=ftcfa.FTCF(arm, compensation="bias"),
+        reference=ftcfa.Sinusoid(amplitude=0.3, offset=arm.home),
+        vibration=ftcfa.Vibration(ftcfa.BaseAcceleration(), ftcfa.WhiteNoise(0.1)),
     )
     uncertain = replace(panda, uncertainty=UNCERTAINTY)
     return {"pendulum": closed_loop(FINITE_TIME), "panda": panda, "uncertain panda": uncertain}
 
 
 def contenders(
-    loop: ClosedLoop, duration: float, threads: int
+    loop: ftcfa.ClosedLoop, duration: float, threads: int
 ) -> dict[str, Callable[[int], object]]:
     """Functions that run a number of chunks, by name."""
     plan = Plan(duration)
@@ -72,7 +62,7 @@ def contenders(
             simulate_chunk(loop, plan, plan.paths_of(chunk, chunks * plan.chunk), threads)
 
     def statistics(chunks: int, store: str | None = None) -> None:
-        ensemble(loop, chunks * plan.chunk, duration, threads=threads, store=store)
+        ftcfa.ensemble(loop, chunks * plan.chunk, duration, threads=threads, store=store)
 
     def stored(chunks: int) -> None:
         with tempfile.TemporaryDirectory() as folder:
@@ -88,7 +78,7 @@ def seconds(run: Callable[[int], object], chunks: int) -> Array:
     return np.array([time.perf_counter(), time.process_time()]) - start
 
 
-def _measure_loop(loop: ClosedLoop, effort: Effort) -> list[Record]:
+def _measure_loop(loop: ftcfa.ClosedLoop, effort: Effort) -> list[Record]:
     """A row of each contender."""
     duration, turns = (QUICK_DURATION, 1) if effort.quick else (DURATION, TURNS)
     runs = contenders(loop, duration, effort.threads)
@@ -115,20 +105,11 @@ def _measure_loop(loop: ClosedLoop, effort: Effort) -> list[Record]:
 
 def print_tables(record: Record, console: Console) -> None:
     """Print the times on the clock and of the processor, and the cost of a call."""
-    show(
-        console,
-        "Ensembles: microseconds per path-step, and how much more than the engine alone",
-        ["loop", "what", "clock", "more", "processor", "more", "call s"],
-        (
-            [
-                row["loop"],
-                row["contender"],
-                row["us"],
-                f"{row['over_engine'][0]:+.0%}",
-                row["processor_us"],
-                f"{row['over_engine'][1]:+.0%}",
-                row["call_s"],
-            ]
-            for row in record["rows"]
-        ),
-    )
+    title = "Ensembles: microseconds per path-step, and how much more than the engine alone"
+    heads = ["loop", "what", "clock", "more", "processor", "more", "call s"]
+    rows = []
+    for row in record["rows"]:
+        clock, processor = (f"{more:+.0%}" for more in row["over_engine"])
+        times = [row["us"], clock, row["processor_us"], processor, row["call_s"]]
+        rows.append([row["loop"], row["contender"], *times])
+    show(console, title, heads, rows)

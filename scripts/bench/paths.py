@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from engine import compiled
+from contenders import compiled
 from rich.console import Console
 from tables import show
 from timing import Effort, Record, measured

@@ -9,9 +9,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from engine import PATHS, compiled
+from contenders import PATHS, compiled
 from rich.console import Console
-from tables import at_least, show, show_skipped
+from tables import show, show_skipped, target
 from timing import Contender, Effort, Record, measured, microseconds, ratios
 
 from ftcfa import simulate
@@ -106,6 +106,6 @@ def print_tables(pendulum: Record, console: Console) -> None:
 def targets(rows: list[Record]) -> list[Record]:
     """What the engine must reach beside JAX and diffrax."""
     return [
-        at_least(f"pendulum: {name} / ftcfa", ratio, 10 if name.startswith("JAX") else 20)
+        target(f"pendulum: {name} / ftcfa", ratio, ">=", 10 if name.startswith("JAX") else 20)
         for name, ratio in ratios(rows).items()
     ]

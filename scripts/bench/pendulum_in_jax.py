@@ -68,12 +68,12 @@ def reference(t: jax.Array) -> tuple[jax.Array, jax.Array]:
 def coupling(q: jax.Array) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
     """The off-diagonal entry of M(q), and x -> M(q)^-1 x."""
     m12 = M2 * L1 * L2 * jnp.cos(q[1] - q[0])
-    m11, m22 = (M1 + M2) * L1**2, M2 * L2**2
-    determinant = m11 * m22 - m12 * m12
-    return (
-        m12,
-        lambda x: jnp.stack([m22 * x[0] - m12 * x[1], m11 * x[1] - m12 * x[0]]) / determinant,
-    )
+    determinant = M11 * M22 - m12 * m12
+
+    def solve(x: jax.Array) -> jax.Array:
+        return jnp.stack([M22 * x[0] - m12 * x[1], M11 * x[1] - m12 * x[0]]) / determinant
+
+    return m12, solve
 
 
 def virtual_control(v1: jax.Array, dq_d: jax.Array, rho: jax.Array) -> jax.Array:
@@ -87,12 +87,8 @@ def law(y: State, abar: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     X = jnp.concatenate([y.q, y.v])
     B = jnp.exp(-(X @ X - 2.0 * X.sum() * CENTRES + 4 * CENTRES**2) / NETWORK.width**2)
     BB = B @ B
-    a = (
-        -G.c2 * sig(v2, G.kappa)
-        - (0.75 * G.k2 + 1.25) * v2
-        - y.theta * v2 * BB / (4.0 * G.tau)
-        - y.rho
-    )
+    learned = y.theta * v2 * BB / (4.0 * G.tau)
+    a = -G.c2 * sig(v2, G.kappa) - (0.75 * G.k2 + 1.25) * v2 - learned - y.rho
     m12, solve = coupling(y.q)
     u = jnp.stack([M11 * a[0] + m12 * a[1], m12 * a[0] + M22 * a[1]])
     gap = solve(LIMIT * jnp.tanh(u / LIMIT) - u)
@@ -149,13 +145,10 @@ def step(y: State, t: jax.Array, normals: jax.Array) -> State:
 def scan_loop(
     paths: int, ticks: int, devices: int = 1, noise: float = 1.0
 ) -> tuple[Carry, Callable[[Carry], Carry]]:
-    """A first state, and a function that advances it by some ticks: `vmap` in `lax.scan`.
+    """A first state, and a function that advances it by some samples: `vmap` in `lax.scan`.
 
-    Args:
-        paths: Number of paths.
-        ticks: Number of samples by which one call advances.
-        devices: Number of CPU devices over which the paths are split, a thread each.
-        noise: Factor on the normal deviates; zero for a test.
+    The paths are split over some CPU devices, a thread each. Zero as the factor on the normal
+    deviates is for a test.
     """
 
     def advance(carry: Carry) -> Carry:
@@ -177,13 +170,8 @@ def diffrax_loop(
     """The loop in diffrax: one stochastic differential equation with the control in its drift.
 
     The command filter is integrated like the rest, explicitly. Euler's method with a step of one
-    period; the Brownian motion is diffrax's fastest, or with ``tree`` the one that it advises.
-
-    Args:
-        paths: Number of paths.
-        ticks: Number of samples by which one call advances.
-        devices: Number of CPU devices over which the paths are split, a thread each.
-        tree: Use a virtual Brownian tree.
+    period; the Brownian motion is diffrax's fastest, or with ``tree`` the one that it advises, a
+    virtual Brownian tree. Arguments and results are those of `scan_loop`.
     """
 
     def drift(t: jax.Array, y: State, args: None) -> State:  # noqa: ARG001
@@ -215,15 +203,9 @@ def diffrax_loop(
             motion = diffrax.UnsafeBrownianPath(shape=(2,), key=key)
         shaken = BaseNoise(lambda t, y, args: y, motion)  # noqa: ARG005
         solution = diffrax.diffeqsolve(
-            diffrax.MultiTerm(diffrax.ODETerm(drift), shaken),
-            diffrax.Euler(),
-            t0,
-            t1,
-            PERIOD,
-            y,
-            adjoint=diffrax.ForwardMode(),
-            max_steps=2 * ticks,
-        )
+            diffrax.MultiTerm(diffrax.ODETerm(drift), shaken), diffrax.Euler(), t0, t1, PERIOD, y,
+            adjoint=diffrax.ForwardMode(), max_steps=2 * ticks,
+        )  # fmt: skip
         return jax.tree.map(lambda x: x[0], solution.ys)
 
     def advance(carry: Carry) -> Carry:
@@ -237,14 +219,7 @@ def diffrax_loop(
 def _split(
     advance: Callable[[Carry], Carry], paths: int, devices: int, keys: int
 ) -> tuple[Carry, Callable[[Carry], Carry]]:
-    """A first state, and the compiled function, with the paths split over some devices.
-
-    Args:
-        advance: Function that advances a Carry.
-        paths: Number of paths.
-        devices: Number of devices.
-        keys: Number of random keys.
-    """
+    """A first state with some random keys, and the compiled function, split over some devices."""
     mesh = jax.sharding.Mesh(jax.devices("cpu")[:devices], "paths")
     specs = Carry(P("paths"), P("paths"), P())
     if devices > 1:

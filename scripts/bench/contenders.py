@@ -1,13 +1,42 @@
-"""The same arm in Pinocchio and in MuJoCo, and the loop in the interpreted engine."""
+"""The contenders: the engines of ftcfa, and the same arm in Pinocchio and in MuJoCo."""
 
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from engine import PATHS
 from timing import Contender
 
-from ftcfa import ClosedLoop, load_arm, simulate
+from ftcfa import ClosedLoop, load_arm, simulate, simulate_paths
+from ftcfa.arrays import Array
+
+PATHS = 1024
+ROBOTS = 64
+"""Number of different robots among the paths of a varied run."""
+
+
+def compiled(
+    loop: ClosedLoop, threads: int, paths: int = PATHS, values: dict[str, Array] | None = None
+) -> Contender:
+    """The compiled engine; it records the first sample. `varied` draws values for each path."""
+
+    def run(ticks: int) -> None:
+        duration = (ticks - 1) * loop.period
+        simulate_paths(loop, paths, duration, vary=values, record_every=ticks, threads=threads)
+
+    name = "ftcfa" if values is None else "ftcfa, varied"
+    return Contender(name, threads, run, paths, has_fixed=True)
+
+
+def varied(loop: ClosedLoop) -> dict[str, Array]:
+    """Another robot and other gains for every path."""
+    rng = np.random.default_rng(1)
+    nominal, gains = loop.controller.nominal, loop.controller.gains
+    robots = np.array([nominal.perturbed(rng).inertias for _ in range(ROBOTS)])
+    drawn = {
+        f"controller.gains.{name}": value * rng.uniform(0.9, 1.1, PATHS)
+        for name, value in vars(gains).items()
+    }
+    return {"arm.inertias": robots[np.arange(PATHS) % len(robots)], **drawn}
 
 
 def interpreted(loop: ClosedLoop) -> Contender:
