@@ -36,7 +36,7 @@ import json
 import os
 import re
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -55,11 +55,10 @@ from ftcfa.checks import (
 )
 from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
-from ftcfa.description.write import arms, describe, document, self_contained
+from ftcfa.description.write import document
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.model.urdf.source import has_path
 from ftcfa.parts import Part
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.summary import QUANTILES
@@ -199,7 +198,7 @@ class Experiment(Part):
         Raises:
             ParameterError: If the loop holds a part of a user's own, which cannot be written.
         """
-        return json.dumps(self_contained(self._document()))
+        return json.dumps(document(self))
 
     @property
     def digest(self) -> str:
@@ -213,12 +212,14 @@ class Experiment(Part):
         Raises:
             ParameterError: If the loop holds a part of a user's own.
         """
-        data = self._document()
-        for arm in filter(has_path, arms(data)):
-            path = Path(arm["robot"])
-            if folder is not None and path.is_relative_to(Path(folder).resolve()):
-                arm["robot"] = path.relative_to(Path(folder).resolve()).as_posix()
-        return _NUMBERS.sub(_on_one_line, tomli_w.dumps(data))
+        base = None if folder is None else Path(folder).resolve()
+
+        def robot(path: Path) -> dict[str, str]:
+            if base is not None and path.is_relative_to(base):
+                path = path.relative_to(base)
+            return {"robot": path.as_posix()}
+
+        return _NUMBERS.sub(_on_one_line, tomli_w.dumps(document(self, robot)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the TOML file, whole or not at all.
@@ -229,11 +230,6 @@ class Experiment(Part):
         """
         file = Path(path)
         write_whole(file, self.to_text(file.parent).encode())
-
-    def _document(self) -> dict[str, Any]:
-        own = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "loop"}
-        data = {name: _stated(describe(value)) for name, value in own.items() if value is not None}
-        return {**data, **document(self.loop)}
 
 
 def load_experiment(path: str | os.PathLike[str]) -> Experiment:
@@ -252,13 +248,6 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
     return Experiment.from_text(text, file.parent, file=str(file))
-
-
-def _stated(data: Any) -> Any:
-    """A description without its type, which is obvious, and without what is None."""
-    if not isinstance(data, dict):
-        return data
-    return {key: it for key, it in data.items() if key != "type" and it is not None}
 
 
 def _on_one_line(array: re.Match[str]) -> str:

@@ -2,9 +2,8 @@
 
 import difflib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields
-from types import MappingProxyType
-from typing import Any
+from dataclasses import MISSING
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from cattrs.errors import (
     AttributeValidationNote,
@@ -13,15 +12,13 @@ from cattrs.errors import (
     IterableValidationNote,
 )
 
-from ftcfa.checks import declared
-from ftcfa.description.hints import choices, expected
+from ftcfa.description.hints import alternatives, arguments, choices, expected, one_of
 from ftcfa.errors import FtcfaError, ParameterError, UnknownNameError
 
 Keys = tuple[str | int, ...]
 """Where something stands: names of tables and a key, and numbers of entries in arrays."""
 MAX_SHOWN = 60
 """Characters of a wrong value that a message shows."""
-NO_UNITS: Mapping[str, str] = MappingProxyType({})
 
 
 class ExperimentError(FtcfaError):
@@ -41,14 +38,18 @@ class ExperimentError(FtcfaError):
         return "\n".join(map(str, self.errors))
 
 
-class KindError(FtcfaError):
-    """Data of the wrong kind; the subject is the place where it stands."""
+class WrongKind(Exception):  # noqa: N818 (it never leaves the room)
+    """Data does not fit its hint.
 
-    def __init__(self, got: str, expected: str, remedy: str = "", *, field: str = "") -> None:
-        super().__init__("", got, expected, remedy, field=field)
+    Args:
+        expected: What is expected, where it is not what the hint says.
+    """
+
+    def __init__(self, expected: str = "") -> None:
+        self.expected = expected
 
 
-class Broken(Exception):  # noqa: N818 (it never leaves the reader)
+class Broken(Exception):  # noqa: N818 (it never leaves the room)
     """A part needs another one that could not be made, which has an error of its own."""
 
 
@@ -58,59 +59,65 @@ class Faults:
     Args:
         file: How messages name the description.
         data: The description.
-        top: Keys that may stand at its top.
+        top: The keys that may stand at its top, with their hints.
     """
 
-    def __init__(self, file: str, data: Mapping[str, Any], top: Iterable[str]) -> None:
-        self.file, self.data, self.top = file, data, tuple(top)
+    def __init__(self, file: str, data: Mapping[str, Any], top: Mapping[str, Any]) -> None:
+        self.file, self.data, self.top = file, data, top
 
-    def messages(self, error: Exception, keys: Keys = ()) -> Iterator[FtcfaError]:
+    def messages(self, error: Exception, keys: Keys = (), hint: Any = None) -> Iterator[FtcfaError]:
         """One error for every fault, whatever groups cattrs made of them.
+
+        Args:
+            error: The error of a reader.
+            keys: Where it was raised.
+            hint: Type hint of what stands there.
 
         Raises:
             Exception: The error itself, if no data can cause it.
         """
+        value = self._value(keys)
         if isinstance(error, BaseValidationError):
             for inner in error.exceptions:
-                yield from self.messages(inner, (*keys, *_place(inner)))
+                place, inner_hint = _noted(inner)
+                inside = (*keys, *place) if (*keys, *place) != ("loop",) else ()
+                yield from self.messages(inner, inside, inner_hint)
         elif isinstance(error, ForbiddenExtraKeysError):
-            names, checks = [field.name for field in fields(error.cl)], declared(error.cl)
-            units = {name: checks[name][0].unit for name in names if name in checks}
             for key in sorted(error.extra_fields):
-                yield self.unknown_key(key, names, keys, units)
-        elif isinstance(error, KeyError) and (note := _note(error)) is not None:
-            table = bool(choices(note.type))
-            yield self._fault(keys, "missing", expected(note.type), table=table)
+                yield self.unknown_key(key, arguments(error.cl), keys)
+        elif isinstance(error, WrongKind) or (isinstance(error, KeyError) and value is MISSING):
+            text = getattr(error, "expected", "") or expected(hint)
+            words = [get_args(one) for one in alternatives(hint) if get_origin(one) is Literal]
+            remedy = did_you_mean(value, sum(words, ()))
+            table = value is MISSING and bool(choices(hint))
+            yield self._fault(keys, shown(value), text, remedy, table=table)
         elif isinstance(error, FtcfaError):
             inside = tuple(error.field.split(".")) if error.field else ()
             yield self._of_part(error, (*keys, *inside))
         elif not isinstance(error, Broken):
             raise error
 
-    def unknown_key(
-        self, key: str, known: Iterable[str], keys: Keys = (), units: Mapping[str, str] = NO_UNITS
-    ) -> FtcfaError:
-        """The error of a key that no part of this place has."""
-        remedy = did_you_mean(key, known, units)
+    def unknown_key(self, key: str, known: Mapping[str, Any], keys: Keys = ()) -> FtcfaError:
+        """The error of a key that is not among the known ones of this place."""
         if keys and key in self.top:
             remedy = "it belongs at the top, before the first table"
+        else:
+            remedy = did_you_mean(key, known)
         return self._fault((*keys, key), "unknown key", "" if remedy else one_of(known), remedy)
 
     def _of_part(self, error: FtcfaError, keys: Keys) -> FtcfaError:
-        """The error of a part, or of data that is none."""
+        """The error that a part raised, at the place of what it refuses."""
         value = self._value(keys)
-        if isinstance(error, KindError):
-            return self._fault(keys, error.got, error.expected, error.remedy)
         table = isinstance(value, dict)
         if isinstance(error, UnknownNameError) and error.name == value:
             remedy = did_you_mean(value, error.known)
             return self._fault(keys, shown(value), one_of(error.known), remedy)
-        if not error.subject or error.subject.endswith(f" {keys[-1] if keys else ''}"):
-            return self._fault(keys, error.got, error.expected, error.remedy, table)
+        if not error.subject or (keys and error.subject.endswith(f" {keys[-1]}")):
+            return self._fault(keys, error.got, error.expected, error.remedy, table=table)
         return self._fault(keys, str(error), table=table)
 
     def _fault(
-        self, keys: Keys, got: str, expected: str = "", remedy: str = "", table: bool = False
+        self, keys: Keys, got: str, expected: str = "", remedy: str = "", *, table: bool = False
     ) -> ParameterError:
         """An error at a key, or at a ``table``."""
         names: list[str] = []
@@ -119,37 +126,37 @@ class Faults:
                 names[-1] += f"[{key}]"
             else:
                 names.append(key)
-        *tables, key = (*names, "") if table or not names else names
-        place = " ".join(filter(None, [f"[{'.'.join(tables)}]" if tables else "", key]))
-        subject = f"{self.file}: {place}" if place else self.file
-        return ParameterError(subject, got, expected, remedy)
+        last = "" if table or not names else names.pop()
+        place = " ".join(filter(None, [f"[{'.'.join(names)}]" if names else "", last]))
+        return ParameterError(
+            f"{self.file}: {place}" if place else self.file, got, expected, remedy
+        )
 
     def _value(self, keys: Keys) -> Any:
-        """The data at a place, None if there is none."""
+        """The data at a place, MISSING if there is none."""
         value: Any = self.data
         for key in keys:
             try:
                 value = value[key]
             except (KeyError, IndexError, TypeError):
-                return None
+                return MISSING
         return value
 
 
-def _note(error: BaseException) -> AttributeValidationNote | IterableValidationNote | None:
-    """What cattrs noted on an error: the field, or the entry of an array, that it is about."""
-    kinds = (AttributeValidationNote, IterableValidationNote)
-    return next((n for n in getattr(error, "__notes__", ()) if isinstance(n, kinds)), None)
-
-
-def _place(error: BaseException) -> Keys:
-    note = _note(error)
-    if note is None:
-        return ()
-    return (note.name if isinstance(note, AttributeValidationNote) else note.index,)
+def _noted(error: BaseException) -> tuple[Keys, Any]:
+    """The key or number of an entry that cattrs noted on an error, if it did, and its hint."""
+    for note in getattr(error, "__notes__", ()):
+        if isinstance(note, AttributeValidationNote):
+            return (note.name,), note.type
+        if isinstance(note, IterableValidationNote):
+            return (note.index,), note.type
+    return (), None
 
 
 def shown(data: Any) -> str:
     """A wrong value in a message."""
+    if data is MISSING:
+        return "missing"
     if isinstance(data, dict):
         return "a table"
     if isinstance(data, bool):
@@ -158,13 +165,9 @@ def shown(data: Any) -> str:
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
 
 
-def one_of(known: Iterable[Any]) -> str:
-    """The known names as what was expected."""
-    return f"one of: {', '.join(map(str, known))}"
-
-
-def did_you_mean(name: Any, known: Iterable[str], units: Mapping[str, str] = NO_UNITS) -> str:
-    """The nearest of the known names, with its unit, as a remedy; nothing if none is near."""
-    near = difflib.get_close_matches(str(name), map(str, known), n=1)
-    unit = units.get(near[0], "") if near else ""
+def did_you_mean(name: Any, known: Iterable[str]) -> str:
+    """The nearest of the known names as a remedy, with its unit if it is known with its hint."""
+    near = difflib.get_close_matches(str(name), known, n=1)
+    hint = known[near[0]] if near and isinstance(known, Mapping) else None
+    unit = get_args(hint)[1].unit if get_origin(hint) is Annotated else ""
     return f"did you mean '{near[0]}'{unit and f' [{unit}]'}?" if near else ""

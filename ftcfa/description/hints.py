@@ -1,41 +1,81 @@
-"""Type hints of a part's fields: which data fits them, and how messages name them."""
+"""Type hints of a part's keys: which data fits them, and how messages name them."""
 
 import os
-import sys
 import types
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass
+from functools import cache
+from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.description.registry import PARTS
 
-NAMES: Mapping[Any, str] = {
-    bool: "true or false",
-    float: "a number",
-    int: "an integer",
-    str: "a text",
-    np.ndarray: "numbers",
-    npt.ArrayLike: "numbers",
+
+class Kind(NamedTuple):
+    """What a type reads."""
+
+    name: str
+    """Name in messages."""
+    data: tuple[type, ...]
+    """Types of plain data that it takes."""
+
+
+TABLE = Kind("a table", (dict,))
+TEXT = Kind("a text", (str,))
+ARRAY = Kind("an array", (list,))
+KINDS: Mapping[Any, Kind] = {
+    bool: Kind("true or false", (bool,)),
+    int: Kind("an integer", (int,)),
+    float: Kind("a number", (float, int)),
+    str: TEXT,
+    Path: TEXT,
+    os.PathLike: TEXT,
+    np.ndarray: Kind("numbers", (float, int, list)),
+    npt.ArrayLike: Kind("numbers", (float, int, list, str)),
+    Sequence[str]: Kind("a text or an array", (str, list)),
+    tuple: ARRAY,
+    Sequence: ARRAY,
+    Iterable: ARRAY,
+    Mapping: TABLE,
 }
+"""Types, and origins of types, that data fits."""
 
 
+def kind(one: Any) -> Kind:
+    """What a type reads: nothing, if no data fits it."""
+    if choices(one):
+        return TABLE
+    if get_origin(one) is Literal:
+        return Kind(one_of(get_args(one)), (str,))
+    return KINDS.get(one) or KINDS.get(get_origin(one)) or Kind("", ())
+
+
+def unchecked(hint: Any) -> Any:
+    """A hint without the check that it declares."""
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+@cache
 def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The types that a hint allows, without None; `numpy.typing.ArrayLike` is one, and the last."""
-    if get_origin(hint) is Annotated:
-        hint = get_args(hint)[0]
+    """The types that a hint allows, without None; `numpy.typing.ArrayLike` is one of them.
+
+    A text that may be the path of a file is a path: str comes last.
+    """
+    hint = unchecked(hint)
     if get_origin(hint) not in (Union, types.UnionType):
         return (hint,)
     allowed = [one for one in get_args(hint) if one is not types.NoneType]
     array = get_args(npt.ArrayLike)
     if set(array) <= set(allowed):
         return (*(one for one in allowed if one not in array), npt.ArrayLike)
-    return tuple(allowed)
+    return tuple(sorted(allowed, key=lambda one: one is str))
 
 
+@cache
 def choices(hint: Any) -> tuple[type, ...]:
     """The parts that a hint allows."""
     parts: list[type] = []
@@ -49,52 +89,29 @@ def choices(hint: Any) -> tuple[type, ...]:
 
 def element(hint: Any) -> Any:
     """The hint of an entry of a sequence or mapping, None if the hint allows neither."""
-    for one in alternatives(hint):
-        if get_origin(one) in (tuple, list, Sequence, Iterable):
-            return get_args(one)[0]
-        if get_origin(one) in (dict, Mapping):
-            return get_args(one)[1]
-    return None
-
-
-def fits(one: Any, data: Any) -> bool:
-    """Whether a type takes data of this kind."""
-    origin = get_origin(one)
-    if isinstance(data, dict):
-        return bool(choices(one)) or origin in (dict, Mapping)
-    if isinstance(data, list):
-        return one is npt.ArrayLike or origin in (np.ndarray, tuple, list, Sequence, Iterable)
-    if isinstance(data, str):
-        text = origin in (Sequence, Iterable) and get_args(one) == (str,)
-        return one in (str, npt.ArrayLike) or origin is Literal or text or is_path(one)
-    if is_number(data):
-        floats = one is float or one is npt.ArrayLike or origin is np.ndarray
-        return floats or (one is int and type(data) is int)
-    return one is bool and isinstance(data, bool)
-
-
-def is_number(data: Any) -> bool:
-    """Whether data is a number that a float can hold; true and false are not."""
-    return type(data) is float or (type(data) is int and abs(data) <= sys.float_info.max)
-
-
-def is_path(one: Any) -> bool:
-    """Whether a type is that of a path."""
-    return one is Path or get_origin(one) is os.PathLike
+    entries = (get_args(one)[-1 if kind(one) is TABLE else 0] for one in alternatives(hint)
+               if get_origin(one) in (tuple, Sequence, Iterable, Mapping))  # fmt: skip
+    return next(entries, None)
 
 
 def expected(hint: Any) -> str:
     """A hint in words."""
-    allowed = sorted(alternatives(hint), key=is_path, reverse=True)
-    return " or ".join(dict.fromkeys(filter(None, map(_name, allowed))))
+    return " or ".join(dict.fromkeys(filter(None, (kind(one).name for one in alternatives(hint)))))
 
 
-def _name(one: Any) -> str:
-    """A type in words; nothing for a path, which is a text."""
-    if choices(one) or get_origin(one) in (dict, Mapping):
-        return "a table"
-    if get_origin(one) in (tuple, list, Sequence, Iterable):
-        return "a text or an array" if get_args(one) == (str,) else "an array"
-    if get_origin(one) is Literal:
-        return f"one of: {', '.join(get_args(one))}"
-    return NAMES.get(one) or NAMES.get(get_origin(one), "")
+def one_of(known: Iterable[Any]) -> str:
+    """The known names as what is expected."""
+    return f"one of: {', '.join(map(str, known))}"
+
+
+@cache
+def hints_of(make: Callable[..., Any]) -> dict[str, Any]:
+    """The type hints of a class or function, by name."""
+    return get_type_hints(make, include_extras=True)
+
+
+@cache
+def arguments(make: Callable[..., Any]) -> dict[str, Any]:
+    """The hints of the arguments of a class or function that data can give, by name."""
+    hints = {name: hints_of(make)[name] for name in signature(make).parameters}
+    return {name: hint for name, hint in hints.items() if expected(hint)}

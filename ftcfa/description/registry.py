@@ -5,11 +5,8 @@ A part is a frozen dataclass; its keys are read from its type hints. A new part 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import field, make_dataclass
-from functools import cache
-from inspect import signature
 from pkgutil import resolve_name
-from typing import Any, get_type_hints
+from typing import Any
 
 from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.laws import LAWS
@@ -73,14 +70,3 @@ def maker(cls: type, keys: Mapping[str, Any]) -> Callable[..., Any]:
     """The class itself, or the function that makes a part of such keys."""
     key, function = MAKERS.get(cls, ("", cls))
     return function if key in keys or cls is Arm else cls
-
-
-@cache
-def arguments(call: Callable[..., Any]) -> Any:
-    """A dataclass with a field for each argument of a function that makes a part."""
-    hints = get_type_hints(call)
-    made: list[Any] = []
-    for name, given in signature(call).parameters.items():
-        default = [] if given.default is given.empty else [field(default=given.default)]
-        made.append((name, hints[name], *default))
-    return make_dataclass("Arguments", made, kw_only=True)

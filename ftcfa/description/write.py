@@ -2,18 +2,17 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import numpy as np
 
-from ftcfa.description.hints import choices, element
+from ftcfa.description.hints import alternatives, choices, element, hints_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
+from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.urdf.description import read_urdf
 from ftcfa.model.urdf.source import has_path, is_as_loaded
 
@@ -21,58 +20,37 @@ LARGE = 1_000_000
 """Entries above which results remember an array by its digest; 20 MB as text."""
 NOT_REBUILDABLE = "not_rebuildable"
 """Key under which results say why no loop can be made of what they remember."""
+Robot = Callable[[Path], Mapping[str, str]]
+"""How the path of a URDF is written: as arguments that load its arm."""
 
 
-def describe(part: Any, largest: int | None = None) -> Any:
-    """Any part of an experiment as numbers, strings, lists and dictionaries.
-
-    An Arm becomes the keywords that load it; any other dataclass its type, where that is not
-    obvious, and fields. Other objects are described by their type.
-
-    Args:
-        part: The part.
-        largest: Arrays of more entries become their shape and SHA-256; None writes all out.
-    """
-    if isinstance(part, Arm):
-        return {"type": "Arm", **(part.source or {"robot": part.name})}
-    if dataclasses.is_dataclass(part) and not isinstance(part, type):
-        return {"type": type(part).__name__, **_fields(part, largest)}
-    if largest is not None and isinstance(part, np.ndarray) and part.size > largest:
-        digest = hashlib.sha256(np.ascontiguousarray(part).tobytes()).hexdigest()
-        return {"type": "array", "shape": list(part.shape), "sha256": digest}
-    if isinstance(part, np.ndarray | np.generic):
-        return part.tolist()
-    if isinstance(part, list | tuple):
-        return [describe(item, largest) for item in part]
-    if isinstance(part, Mapping):
-        return {str(key): describe(value, largest) for key, value in part.items()}
-    if part is None or isinstance(part, bool | int | float | str):
-        return part
-    return {"type": type(part).__name__}
+def as_path(path: Path) -> Mapping[str, str]:
+    """The path of a URDF as it is."""
+    return {"robot": str(path)}
 
 
-def _fields(part: Any, largest: int | None) -> dict[str, Any]:
-    data = {}
-    for field in dataclasses.fields(part):
-        value = getattr(part, field.name)
-        data[field.name] = describe(value, largest)
-        hint = get_args(field.type)[0] if get_origin(field.type) is Annotated else field.type
-        allowed = [t for t in get_args(hint) or (hint,) if t is not NoneType]
-        if dataclasses.is_dataclass(value) and allowed == [type(value)]:
-            del data[field.name]["type"]  # it is obvious
-    return data
+def as_text(path: Path) -> Mapping[str, str]:
+    """The text of a URDF, so that its file is not needed."""
+    return {"robot": path.name, "urdf": read_urdf(path).text}
 
 
-def document(loop: ClosedLoop) -> dict[str, Any]:
-    """A loop as data from which `ftcfa.description.read.rebuild` makes the same one, bit for bit.
+def document(whole: Any, robot: Robot = as_text) -> dict[str, Any]:
+    """A document from which `ftcfa.description.read.rebuild` makes the same loop, bit for bit.
 
     What is None is left out, and so is a nominal arm that is the true one.
+
+    Args:
+        whole: A `ClosedLoop`, or a dataclass with a field ``loop``, whose other fields stand in
+            the document beside those of the loop.
+        robot: How the path of a URDF is written; `as_text` needs no file of this machine.
 
     Raises:
         ParameterError: If a part is a user's own, or an Arm was changed after it was loaded.
     """
-    _check(loop, ClosedLoop, "loop")
-    return _document(loop)
+    data, reasons = _written(whole, robot)
+    if reasons:
+        raise reasons[0]
+    return data
 
 
 def provenance(loop: ClosedLoop) -> dict[str, Any]:
@@ -82,21 +60,17 @@ def provenance(loop: ClosedLoop) -> dict[str, Any]:
     has more than `LARGE` entries), the entry `NOT_REBUILDABLE` says why, and the document shows
     what can be shown.
     """
-    try:
-        _check(loop, ClosedLoop, "loop", LARGE)
-    except ParameterError as error:
-        return {NOT_REBUILDABLE: str(error), **_document(loop, LARGE)}
-    return self_contained(_document(loop))
+    data, reasons = _written(loop, as_text, LARGE)
+    return {NOT_REBUILDABLE: str(reasons[0]), **data} if reasons else data
 
 
-def self_contained(data: Mapping[str, Any]) -> dict[str, Any]:
-    """A document that needs no file of this machine: texts in place of the paths of URDFs."""
-    whole = _tidy(data, None)  # a copy
-    for arm in arms(whole):
-        if has_path(arm):
-            path = Path(arm["robot"])
-            arm |= {"robot": path.name, "urdf": read_urdf(path).text}
-    return whole
+def describe(part: Any) -> Any:
+    """Any object as numbers, strings, lists and dictionaries, to compare it with others.
+
+    An Arm becomes the arguments that load it, another dataclass its type and fields; other objects
+    are described by their type.
+    """
+    return _Writer(as_path).write(part, None, "")
 
 
 def differences(first: Any, second: Any, name: str = "") -> str:
@@ -108,75 +82,90 @@ def differences(first: Any, second: Any, name: str = "") -> str:
     return name
 
 
-def arms(data: Any) -> Iterator[dict[str, Any]]:
-    """The arms of a document."""
-    if isinstance(data, dict):
-        if data.get("type") == "Arm":
-            yield data
-        for value in data.values():
-            yield from arms(value)
+def _written(
+    whole: Any, robot: Robot, largest: int | None = None
+) -> tuple[dict[str, Any], list[ParameterError]]:
+    """A document, and the reasons for which no loop can be made of it."""
+    writer = _Writer(robot, largest)
+    writer.arm = writer.write(getattr(whole, "loop", whole).arm, Dynamics, "arm")
+    data = writer.write(whole, type(whole), "")
+    loop = data.pop("loop", {})
+    return {"arm": writer.arm, **data, **loop}, writer.reasons
 
 
-def _document(loop: ClosedLoop, largest: int | None = None) -> dict[str, Any]:
-    data = describe(loop, largest)
-    del data["type"]
-    arm = data.pop("arm")
-    return {"arm": _tidy(arm, None), **_tidy(data, arm)}
+class _Writer:
+    """Writes parts as data, with the reasons for which a part cannot be made of its data again.
 
+    Args:
+        robot: How the path of a URDF is written.
+        largest: Arrays of more entries become their shape and SHA-256; None writes all out.
+    """
 
-def _tidy(data: Any, arm: Any) -> Any:
-    """Data without what is None or equals the true arm."""
-    if isinstance(data, Mapping):
-        return {k: _tidy(v, arm) for k, v in data.items() if v is not None and v != arm}
-    return [_tidy(item, arm) for item in data] if isinstance(data, list) else data
+    def __init__(self, robot: Robot, largest: int | None = None) -> None:
+        self.robot, self.largest = robot, largest
+        self.arm: Any = None
+        self.reasons: list[ParameterError] = []
 
+    def write(self, part: Any, hint: Any, name: str) -> Any:
+        """A part as data.
 
-def _check(part: Any, hint: Any, name: str, largest: int | None = None) -> None:
-    """Refuse a part that no document can describe."""
-    subject = f"{name} of the experiment"
-    if isinstance(part, np.ndarray) and largest is not None and part.size > largest:
-        remedy = "results hold its digest: keep the loop"
-        raise ParameterError(subject, f"{part.size} numbers", f"at most {largest}", remedy)
-    if part is None or isinstance(part, bool | int | float | str | np.ndarray | np.generic):
-        return
-    if isinstance(part, list | tuple):
-        for i, item in enumerate(part):
-            _check(item, element(hint), f"{name}[{i}]", largest)
-    elif isinstance(part, Mapping):
-        for key, value in part.items():
-            _check(value, element(hint), f"{name}.{key}", largest)
-    elif type(part) not in choices(hint):
-        raise ParameterError(
-            subject,
-            f"a {type(part).__name__}",
-            "a part of ftcfa",
-            "a part of your own cannot be written: run its loop with simulate",
-        )
-    elif isinstance(part, Arm):
-        _check_arm(part, subject)
-    else:
+        Args:
+            part: The part, or an entry of one.
+            hint: Its type hint, None if it is within a user's own part.
+            name: Its name in reasons.
+        """
+        if part is None or isinstance(part, bool | int | float | str):
+            return part
+        if isinstance(part, np.ndarray) and self.largest is not None and part.size > self.largest:
+            remedy = "results hold its digest: keep the loop"
+            self.refuse(name, f"{part.size} numbers", f"at most {self.largest}", remedy)
+            digest = hashlib.sha256(np.ascontiguousarray(part).tobytes()).hexdigest()
+            return {"type": "array", "shape": list(part.shape), "sha256": digest}
+        if isinstance(part, np.ndarray | np.generic):
+            return part.tolist()
+        if isinstance(part, list | tuple):
+            inner = element(hint)
+            return [self.write(item, inner, f"{name}[{i}]") for i, item in enumerate(part)]
+        if isinstance(part, Mapping):
+            inner = element(hint)
+            return {str(k): self.write(item, inner, f"{name}.{k}") for k, item in part.items()}
+        return self.part(part, hint, name)
+
+    def part(self, part: Any, hint: Any, name: str) -> dict[str, Any]:
+        """A part by its type, where that is not obvious from its hint, and its fields."""
         kind: Any = type(part)
-        hints = _hints(kind)
-        for field in dataclasses.fields(part):
-            inner = field.name if name == "loop" else f"{name}.{field.name}"
-            _check(getattr(part, field.name), hints[field.name], inner, largest)
+        known = kind in choices(hint)
+        if not known:
+            remedy = "a part of your own cannot be written: run its loop with simulate"
+            self.refuse(name, f"a {kind.__name__}", "a part of ftcfa", remedy)
+        data = {} if known and alternatives(hint) == (kind,) else {"type": kind.__name__}
+        if isinstance(part, Arm):
+            return data | self.source(part, name, check=known)
+        if dataclasses.is_dataclass(part):
+            hints = hints_of(kind) if known else {}
+            for field in dataclasses.fields(part):
+                inner = f"{name}.{field.name}".strip(".")
+                value = self.write(getattr(part, field.name), hints.get(field.name), inner)
+                if value is not None and value != self.arm:
+                    data[field.name] = value
+        return data
 
+    def source(self, arm: Arm, name: str, *, check: bool) -> dict[str, Any]:
+        """The arguments that load an Arm again; a ``check`` asks whether they give the same one."""
+        if arm.source is None:
+            self.refuse(name, f"{arm!r}, made by hand", "an Arm that load_arm gave")
+            return {"robot": arm.name}
+        if check and not is_as_loaded(arm):
+            self.refuse(
+                name,
+                f"{arm!r}, which is no longer what {arm.source['robot']} gives",
+                "an Arm as load_arm gave it",
+                "load it again if the file has changed; change it with load_arm's arguments",
+            )
+        path = self.robot(Path(arm.source["robot"])) if has_path(arm.source) else {}
+        return {**arm.source, **path}
 
-@cache
-def _hints(part: Any) -> dict[str, Any]:
-    """Types of the fields of a part, by name."""
-    return get_type_hints(part)
-
-
-def _check_arm(arm: Arm, subject: str) -> None:
-    """Refuse an Arm that is not what its source gives when it is loaded again."""
-    if arm.source is None:
-        got = f"{arm!r}, made by hand"
-        raise ParameterError(subject, got, "an Arm that load_arm gave")
-    if not is_as_loaded(arm):
-        raise ParameterError(
-            subject,
-            f"{arm!r}, which is no longer what {arm.source['robot']} gives",
-            "an Arm as load_arm gave it",
-            "load it again if the file has changed; change it with load_arm's arguments",
-        )
+    def refuse(self, name: str, got: str, expected: str, remedy: str = "") -> None:
+        """Add a reason."""
+        subject = f"{name.removeprefix('loop.')} of the experiment"
+        self.reasons.append(ParameterError(subject, got, expected, remedy))

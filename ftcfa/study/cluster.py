@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from ftcfa.description.read import rebuild
-from ftcfa.description.write import describe, document, self_contained
+from ftcfa.description.write import describe, document
 from ftcfa.errors import FtcfaError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.study.chunk import run_chunk
@@ -43,7 +43,7 @@ def run_on_cluster(
     """
     from distributed import as_completed
 
-    loop_text = json.dumps(self_contained(document(loop)))
+    loop_text = json.dumps(document(loop))
     plan_text = json.dumps(describe(plan))
     _check_workers(client)
     queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed(loop=client.loop)

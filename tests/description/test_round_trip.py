@@ -31,7 +31,7 @@ from ftcfa import (
 from ftcfa.description.hints import choices, element
 from ftcfa.description.read import rebuild
 from ftcfa.description.registry import PARTS
-from ftcfa.description.write import LARGE, document, provenance, self_contained
+from ftcfa.description.write import LARGE, document, provenance
 
 from .loops import ARM, DURATION, LOOPS, THIRD, URDF, loop, same_bits
 
@@ -118,7 +118,7 @@ def test_a_nominal_arm_that_is_the_true_one_is_written_once():
 
 
 def test_a_loop_alone_travels_too():
-    data = json.loads(json.dumps(self_contained(document(loop(excitation=WhiteNoise(THIRD))))))
+    data = json.loads(json.dumps(document(loop(excitation=WhiteNoise(THIRD)))))
     again = rebuild(ClosedLoop, data, "loop", Path())
     assert same_bits(
         Experiment(again, DURATION), simulate(loop(excitation=WhiteNoise(THIRD)), DURATION)
