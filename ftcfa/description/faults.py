@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from cattrs.errors import (
     AttributeValidationNote,
-    BaseValidationError,
+    ClassValidationError,
     ForbiddenExtraKeysError,
-    IterableValidationNote,
+    IterableValidationError,
 )
 
 from ftcfa.description.hints import alternatives, arguments, choices, expected, one_of
@@ -39,14 +39,7 @@ class ExperimentError(FtcfaError):
 
 
 class WrongKind(Exception):  # noqa: N818 (it never leaves the room)
-    """Data does not fit its hint.
-
-    Args:
-        expected: What is expected, where it is not what the hint says.
-    """
-
-    def __init__(self, expected: str = "") -> None:
-        self.expected = expected
+    """Data does not fit its hint; the argument says what is expected, if the hint does not."""
 
 
 class Broken(Exception):  # noqa: N818 (it never leaves the room)
@@ -77,23 +70,27 @@ class Faults:
             Exception: The error itself, if no data can cause it.
         """
         value = self._value(keys)
-        if isinstance(error, BaseValidationError):
-            for inner in error.exceptions:
-                place, inner_hint = _noted(inner)
-                inside = (*keys, *place) if (*keys, *place) != ("loop",) else ()
-                yield from self.messages(inner, inside, inner_hint)
+        if isinstance(error, ClassValidationError | IterableValidationError):
+            noted, others = error.group_exceptions()
+            for inner, note in noted:
+                key = note.name if isinstance(note, AttributeValidationNote) else note.index
+                inside = () if (*keys, key) == ("loop",) else (*keys, key)
+                yield from self.messages(inner, inside, note.type)
+            for inner in others:
+                yield from self.messages(inner, keys, hint)
         elif isinstance(error, ForbiddenExtraKeysError):
             for key in sorted(error.extra_fields):
                 yield self.unknown_key(key, arguments(error.cl), keys)
         elif isinstance(error, WrongKind) or (isinstance(error, KeyError) and value is MISSING):
-            text = getattr(error, "expected", "") or expected(hint)
+            stated = (
+                error.args[0] if isinstance(error, WrongKind) and error.args else expected(hint)
+            )
             words = [get_args(one) for one in alternatives(hint) if get_origin(one) is Literal]
             remedy = did_you_mean(value, sum(words, ()))
             table = value is MISSING and bool(choices(hint))
-            yield self._fault(keys, shown(value), text, remedy, table=table)
+            yield self._fault(keys, shown(value), stated, remedy, table=table)
         elif isinstance(error, FtcfaError):
-            inside = tuple(error.field.split(".")) if error.field else ()
-            yield self._of_part(error, (*keys, *inside))
+            yield self._of_part(error, (*keys, *filter(None, error.field.split("."))))
         elif not isinstance(error, Broken):
             raise error
 
@@ -128,9 +125,8 @@ class Faults:
                 names.append(key)
         last = "" if table or not names else names.pop()
         place = " ".join(filter(None, [f"[{'.'.join(names)}]" if names else "", last]))
-        return ParameterError(
-            f"{self.file}: {place}" if place else self.file, got, expected, remedy
-        )
+        subject = ": ".join(filter(None, [self.file, place]))
+        return ParameterError(subject, got, expected, remedy)
 
     def _value(self, keys: Keys) -> Any:
         """The data at a place, MISSING if there is none."""
@@ -141,16 +137,6 @@ class Faults:
             except (KeyError, IndexError, TypeError):
                 return MISSING
         return value
-
-
-def _noted(error: BaseException) -> tuple[Keys, Any]:
-    """The key or number of an entry that cattrs noted on an error, if it did, and its hint."""
-    for note in getattr(error, "__notes__", ()):
-        if isinstance(note, AttributeValidationNote):
-            return (note.name,), note.type
-        if isinstance(note, IterableValidationNote):
-            return (note.index,), note.type
-    return (), None
 
 
 def shown(data: Any) -> str:
