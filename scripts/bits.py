@@ -19,11 +19,7 @@ import numpy as np
 import ftcfa
 
 SEED = 7
-TRUCK = (
-    "mil_std_810g_highway_truck_longitudinal",
-    "mil_std_810g_highway_truck_transverse",
-    "mil_std_810g_highway_truck_vertical",
-)
+TRUCK = [f"mil_std_810g_highway_truck_{a}" for a in ("longitudinal", "transverse", "vertical")]
 
 
 def digest(arrays):

@@ -95,7 +95,7 @@ def main() -> None:
         print_line(f"Rms error of the derivative [rad/s^2], {title}", console, "bold")
         heads = ["filter", *(f"{value:g} {unit}" for value in values)]
         rows = ([name, *(f"{value:.2g}" for value in row)] for name, row in errors.items())
-        print_table(heads, rows, console, "wr")
+        print_table(heads, rows, console, "fr")
         console.print()
     write_whole(options.out / "filters.png", rendered(figure(steps, noises))["png"])
 

@@ -38,11 +38,7 @@ for command in COMMANDS:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit.
-
-    Args:
-        arguments: Words after ``ftcfa``; those of the process by default.
-    """
+    """Run the command line with the words after ``ftcfa``, by default the process's, and exit."""
     from ftcfa.errors import FtcfaError
 
     before = signal.signal(signal.SIGINT, stop_at_once)

@@ -240,7 +240,7 @@ def _print_metrics(metrics: list[dict[str, Any]], console: Console) -> None:
         cells = [f"{number(row[x]['estimate'])}\n{_interval(row[x])}" for x in LEVELS]
         largest = f"{number(row.get('largest'))}\n{row.get('path', '-')}"
         rows.append([f"{METRICS[metric].label}\n{below}", *cells, largest])
-    print_table(["", *LEVELS, "largest\nof path"], rows, console, "wr")
+    print_table(["", *LEVELS, "largest\nof path"], rows, console, "fr")
 
 
 def _median(row: Mapping[str, Any]) -> float:

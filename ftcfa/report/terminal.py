@@ -9,12 +9,10 @@ from rich.text import Text
 
 COLUMNS = {
     "l": {"no_wrap": True},
-    "w": {},
     "r": {"no_wrap": True, "justify": "right"},
     "f": {"overflow": "fold", "min_width": 10},
 }
-"""Options of a column of `print_table`, by letter: left, left with wrapped lines, right,
-left with folded words."""
+"""Options of a column of `print_table`, by letter: left, right, and left with folded lines."""
 
 
 def print_table(

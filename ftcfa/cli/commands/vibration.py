@@ -1,8 +1,7 @@
 """``ftcfa vibration``: show what a vibration standard becomes."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -32,12 +31,18 @@ def vibration(
     from ftcfa.files import make_folder
     from ftcfa.report import vibration as report
     from ftcfa.study.realised_spectrum import realise_standard
-    from ftcfa.vibration.spectra.standards import standards
+    from ftcfa.vibration.spectra import standards
 
     if not names and table is None:
-        finish(report.catalogue_record(standards()), report.print_catalogue, as_json)
+        record = report.catalogue_record(standards.standards())
+        finish(record, report.print_catalogue, as_json)
         return
-    chosen = _chosen(names or [], table)
+    if table is None:
+        chosen = [standards.standard(name) for name in names or []]
+    elif names:
+        chosen = [standards.read_standard(table, name) for name in names]
+    else:
+        chosen = list(standards.read_table(table).values())
     if out is not None:
         make_folder(out)
     realised = []
@@ -52,16 +57,3 @@ def vibration(
 
         files = figure_files("spectrum", vibration_figure(realised), record)
     finish(record, report.print_realised, as_json, files, out)
-
-
-def _chosen(names: Sequence[str], table: Path | None) -> list[Any]:
-    """Standards by name, or all, of a file; without a file of those that come with ftcfa."""
-    from ftcfa.errors import UnknownNameError
-    from ftcfa.vibration.spectra.standards import read_table, standards
-
-    known = standards() if table is None else read_table(table)
-    for name in names:
-        if name not in known:
-            kind = "vibration standard" if table is None else f"{table}: table"
-            raise UnknownNameError(kind, name, tuple(known))
-    return [known[name] for name in names or known]
