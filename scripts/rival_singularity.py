@@ -72,7 +72,8 @@ def demands(loop: ftcfa.ClosedLoop, paths: int, duration: float) -> Array:
 def print_tables(result: Demands) -> None:
     """Print the median and the largest of all paths, by period and law."""
     console = Console(highlight=False)
-    heads = ["period [ms]", *(f"{label}\nmedian, largest" for label, _ in LAWS.values())]
+    labels = (label.replace(" ", "\n", 1) for label, _ in LAWS.values())  # they fit in 80 columns
+    heads = ["period\n[ms]", *(f"{label}\nmedian, largest" for label in labels)]
     for arm in ARMS:
         rows = []
         for ticks in TICKS:
