@@ -93,7 +93,7 @@ def main() -> None:
         ("period 1 ms, by noise on a sample", "rad/s", NOISES, noises),
     ):
         print_line(f"Rms error of the derivative [rad/s^2], {title}", console, "bold")
-        heads = ["filter", *(f"{value:g} {unit}" for value in values)]
+        heads = ["filter", *(f"{value:g}\n{unit}" for value in values)]
         rows = ([name, *(f"{value:.2g}" for value in row)] for name, row in errors.items())
         print_table(heads, rows, console, "fr")
         console.print()
