@@ -14,7 +14,7 @@ from ftcfa.control.protocol import Controller
 from ftcfa.loop.references import Reference, Table
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.model.urdf.source import arm_from_source
+from ftcfa.model.urdf.load import arm_from_source
 from ftcfa.vibration.excitation import Excitation
 from ftcfa.vibration.inputs.noise_input import NoiseInput
 from ftcfa.vibration.record import Record, read_record

@@ -14,7 +14,7 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.urdf.description import read_urdf
-from ftcfa.model.urdf.source import has_path, is_as_loaded
+from ftcfa.model.urdf.load import has_path, is_as_loaded
 
 LARGE = 1_000_000
 """Entries above which results remember an array by its digest; 20 MB as text."""

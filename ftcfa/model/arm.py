@@ -6,28 +6,27 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 from numpy.random import Generator
 
-from ftcfa.arrays import Array, solve_spd
+from ftcfa.arrays import Array
 from ftcfa.checks import known_name, vector
-from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.model.friction import damping_matrix
+from ftcfa.errors import ParameterError
+from ftcfa.model.abstract_arm import AbstractArm
 from ftcfa.model.inertia import check_bodies, inertial_weights, perturbed_inertias
-from ftcfa.model.pinocchio_forces import TurningBase, base_coupling, torque_regressor
 from ftcfa.model.pinocchio_model import (
-    body_inertias,
+    KinematicTree,
+    TurningBase,
     frames_by_name,
     kinematic_tree,
-    mass_beyond,
     with_body_inertias,
 )
-from ftcfa.model.tree import KinematicTree
 from ftcfa.parts import Parameter, Parameters, number_field, number_fields
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class Arm(AbstractArm):
     """A fixed-base arm: a Pinocchio model and the linear map q_model = G q + g0.
 
     The map expresses mimic joints (and with them the paper's absolute angles) and locked joints,
@@ -55,19 +54,8 @@ class Arm:
         source: Arguments that load the arm again, as plain data.
     """
 
-    name: str
     model: pin.Model
-    G: Array
     g0: Array
-    joint_names: tuple[str, ...]
-    joint_types: tuple[str, ...]
-    lower: Array
-    upper: Array
-    velocity_limit: Array
-    effort_limit: Array
-    damping: Array
-    friction: Array
-    home: Array
     warnings: tuple[str, ...] = ()
     source: Mapping[str, Any] | None = None
 
@@ -79,11 +67,6 @@ class Arm:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
 
-    @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        return len(self.joint_names)
-
     @cached_property
     def _data(self) -> pin.Data:
         return self.model.createData()
@@ -91,7 +74,9 @@ class Arm:
     @property
     def moving_mass(self) -> float:
         """Mass of all bodies that some coordinate moves [kg]."""
-        return mass_beyond(self.model, np.flatnonzero(self.G.any(axis=1)).tolist())
+        moving = set(np.flatnonzero(self.G.any(axis=1)) + 1)  # Pinocchio's joint 0 is the base
+        bodies = zip(self.model.inertias[1:], self.model.supports[1:], strict=True)
+        return float(sum(body.mass for body, above in bodies if moving.intersection(above)))
 
     @property
     def inertias(self) -> Array:
@@ -100,7 +85,7 @@ class Arm:
         Each row is m [kg], m c (3) [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's
         origin [kg m^2].
         """
-        return body_inertias(self.model)
+        return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
 
     @property
     def inertial_weights(self) -> Array:
@@ -120,7 +105,7 @@ class Arm:
         return replace(self, model=model, source=source)
 
     def with_joint_friction(
-        self, damping: Array | None = None, friction: Array | None = None
+        self, damping: npt.ArrayLike | None = None, friction: npt.ArrayLike | None = None
     ) -> "Arm":
         """The same arm with other ``damping`` or ``friction`` of its joints, shape (N,) each.
 
@@ -128,13 +113,13 @@ class Arm:
             ShapeError: If a shape is wrong, or a coefficient is not finite.
             ParameterError: If a coefficient is negative.
         """
-        given: dict[str, Any] = {"damping": damping, "friction": friction}
-        given = {name: values for name, values in given.items() if values is not None}
-        for name, values in given.items():
-            given[name] = vector(f"{name} of {self.name}", values, len(self.g0), field=name)
-            self.check_joint_friction(given[name])
-        lists = {name: values.tolist() for name, values in given.items()}
-        return replace(self, **given, source={**(self.source or {}), **lists})
+        changed: dict[str, Any] = {}
+        for name, values in {"damping": damping, "friction": friction}.items():
+            if values is not None:
+                changed[name] = vector(f"{name} of {self.name}", values, len(self.g0), field=name)
+                self.check_joint_friction(changed[name])
+        lists = {name: values.tolist() for name, values in changed.items()}
+        return replace(self, **changed, source={**(self.source or {}), **lists})
 
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
@@ -173,18 +158,9 @@ class Arm:
         own = self.__dict__.keys() - {"_data", "_frames", "_turning_base"}
         return {key: self.__dict__[key] for key in own}
 
-    def _check_shape(self, symbol: str, x: Array) -> None:
-        if np.shape(x) != (self.n,):
-            got, expected = f"shape {np.shape(x)}", f"shape ({self.n},)"
-            raise ShapeError(f"{symbol} of {self.name}", got, expected)
-
     def _model_q(self, q: Array) -> Array:
         self._check_shape("q", q)
         return self.G @ q + self.g0
-
-    def _model_v(self, v: Array) -> Array:
-        self._check_shape("v", v)
-        return self.G @ v
 
     def mass_matrix(self, q: Array) -> Array:
         """M(q), symmetric positive definite, shape (n, n) [kg m^2 or kg], by CRBA."""
@@ -201,15 +177,6 @@ class Arm:
         h = pin.computeGeneralizedGravity(self.model, self._data, self._model_q(q))
         return self.G.T @ h
 
-    def damping_matrix(self, v: Array) -> Array:
-        """D(v) of joint friction, shape (n, n); see `ftcfa.model.friction.damping_matrix`."""
-        self._check_shape("v", v)
-        return damping_matrix(self.G, self.damping, self.friction, v)
-
-    def friction_force(self, v: Array) -> Array:
-        """f(v) = D(v) v: viscous and Coulomb friction of the URDF, shape (n,) [N m or N]."""
-        return self.damping_matrix(v) @ v
-
     def bias_force(self, q: Array, v: Array) -> Array:
         """C(q, v) v + h(q) + f(v), shape (n,) [N m or N]."""
         b = pin.nonLinearEffects(self.model, self._data, self._model_q(q), self._model_v(v))
@@ -220,28 +187,29 @@ class Arm:
 
             Y p = M a_r + C(q, v) v_r + h
 
-        Args:
-            q: Position, shape (n,) [rad or m].
-            v: Velocity, shape (n,) [rad/s or m/s].
-            v_r: Reference velocity, shape (n,) [rad/s or m/s].
-            a_r: Reference acceleration, shape (n,) [rad/s^2 or m/s^2].
+        C v_r is bilinear and symmetric in v and v_r (Christoffel's C). It is therefore a quarter of
+        the difference between C v at v + v_r and C v at v - v_r. v_r [rad/s or m/s] and a_r
+        [rad/s^2 or m/s^2] are the reference velocity and acceleration, shape (n,) each.
         """
-        around = self._model_v(v + v_r), self._model_v(v - v_r)
-        at, a = self._model_q(q), self._model_v(a_r)
-        return self.G.T @ torque_regressor(self.model, self._data, at, *around, a)
+        at, zero = self._model_q(q), np.zeros(self.model.nv)
 
-    def forward_dynamics(self, q: Array, v: Array, tau: Array) -> Array:
-        """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
-        self._check_shape("tau", tau)
-        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+        def Y(v: Array, a: Array) -> Array:
+            return np.array(pin.computeJointTorqueRegressor(self.model, self._data, at, v, a))
+
+        plus, minus = Y(self._model_v(v + v_r), zero), Y(self._model_v(v - v_r), zero)
+        return self.G.T @ (Y(zero, self._model_v(a_r)) + (plus - minus) / 4.0)
 
     def base_coupling(self, q: Array) -> Array:
         """M_qb(q), the joint-base block of the free-floating mass matrix, shape (n, 6).
 
         An acceleration a of the base at rest (linear, then angular, world axes, at the base
         origin) loads the joints with -M_qb a; gravity g loads them with h = -M_qb[linear] g.
+        It is the centroidal momentum matrix, shifted from the centre of mass to the base origin.
         """
-        return self.G.T @ base_coupling(self.model, self._data, self._model_q(q))
+        A = pin.computeCentroidalMap(self.model, self._data, self._model_q(q))
+        A = A.reshape(6, -1)  # for a single joint Pinocchio drops the second dimension
+        at_base = np.vstack([A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]])
+        return self.G.T @ at_base.T
 
     def frame_jacobian(self, frame: str, q: Array) -> Array:
         """Jacobian of a link or joint of the URDF, shape (6, n).

@@ -15,44 +15,34 @@ class Dynamics(Protocol):
     @property
     def n(self) -> int:
         """Number of coordinates."""
-        ...
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
-        ...
 
     @property
     def joint_types(self) -> tuple[str, ...]:
         """revolute, continuous or prismatic, for each coordinate."""
-        ...
 
     @property
     def effort_limit(self) -> Traceable:
         """The saturation u*, shape (n,) [N m or N]."""
-        ...
 
     @property
     def home(self) -> Array:
         """A posture to start from, shape (n,) [rad or m]."""
-        ...
 
     def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (n, n)."""
-        ...
 
     def potential_force(self, q: Traceable) -> Traceable:
         """h(q), shape (n,)."""
-        ...
 
     def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v), shape (n, n)."""
-        ...
 
     def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q) + D(v) v, shape (n,)."""
-        ...
 
     def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
-        ...

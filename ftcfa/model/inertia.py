@@ -59,21 +59,7 @@ def _square(c: Array) -> Array:
 def perturbed_inertias(
     parameters: Array, rng: np.random.Generator, mass: float, centre: float, shape: float
 ) -> Array:
-    """Random bodies near given ones: scaled mass, displaced centre, deformed shape.
-
-    Args:
-        parameters: Inertial parameters as in `Arm.inertias`, shape (..., 10).
-        rng: Source of randomness.
-        mass: Standard deviation of the logarithm of the mass.
-        centre: Standard deviation of each coordinate of the centre of mass [m].
-        shape: Standard deviation of the logarithm of lengths, along any direction.
-
-    Returns:
-        Inertial parameters, shape (..., 10); possible bodies if the given ones are.
-
-    Raises:
-        ParameterError: If a spread is not a number from 0 to LARGEST_SPREAD.
-    """
+    """Random bodies near given ones, shape (..., 10) each; `Arm.perturbed` describes the rest."""
     for name, spread in (("mass", mass), ("centre", centre), ("shape", shape)):
         check_spread(f"perturbation '{name}'", spread)
     bodies = parameters.shape[:-1]
@@ -95,12 +81,18 @@ def pseudo_inertia(parameters: Array) -> Array:
     """
     m, h = parameters[..., 0], parameters[..., 1:4]
     xx, xy, yy, xz, yz, zz = np.moveaxis(parameters[..., 4:], -1, 0)
-    inertia = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*m.shape, 3, 3)
+    I = symmetric(xx, yy, zz, xy, xz, yz)  # noqa: E741
     J = np.empty((*m.shape, 4, 4))
-    J[..., :3, :3] = ((xx + yy + zz) / 2)[..., None, None] * np.eye(3) - inertia
+    J[..., :3, :3] = ((xx + yy + zz) / 2)[..., None, None] * np.eye(3) - I
     J[..., :3, 3] = J[..., 3, :3] = h
     J[..., 3, 3] = m
     return J
+
+
+def symmetric(xx: Array, yy: Array, zz: Array, xy: Array, xz: Array, yz: Array) -> Array:
+    """Symmetric matrices, shape (..., 3, 3), of their entries, shape (...)."""
+    rows = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)
+    return rows.reshape(*rows.shape[:-1], 3, 3)
 
 
 def inertial_parameters(J: Array) -> Array:
@@ -125,8 +117,7 @@ def inertial_weights(parameters: Array) -> Array:
     mass, square = parameters[:, 0], parameters[:, [4, 6, 9]].sum(axis=1) / 2.0  # m, m r^2
     massive = mass > 0
     r2 = np.where(massive, square, 0.0) / np.where(massive, mass, 1.0)
-    weights = np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1)
-    return weights.ravel()
+    return np.stack([mass, *[mass * r2] * 3, *[mass * r2**2] * 6], axis=1).ravel()
 
 
 def check_bodies(subject: str, parameters: Array, bodies: int) -> None:
@@ -137,23 +128,18 @@ def check_bodies(subject: str, parameters: Array, bodies: int) -> None:
         ParameterError: If no distribution of mass has these parameters.
     """
     rows = np.asarray(parameters, dtype=float)
-    expected = (bodies, 10)
-    if rows.shape[-2:] != expected:
-        raise ShapeError(subject, f"shape {rows.shape}", f"{expected}")
+    if rows.shape[-2:] != (bodies, 10):
+        raise ShapeError(subject, f"shape {rows.shape}", f"{(bodies, 10)}")
     smallest = np.linalg.eigvalsh(pseudo_inertia(rows))[..., 0]
     slack = UNPHYSICAL * np.abs(rows).max(axis=-1)
     if np.any(smallest < -slack) or not np.all(np.isfinite(rows)):
-        raise ParameterError(
-            subject,
-            f"a pseudo-inertia with the eigenvalue {smallest.min():.3g}",
-            "positive semidefinite pseudo-inertias",
-            "draw them with Arm.perturbed",
-        )
+        got = f"a pseudo-inertia with the eigenvalue {smallest.min():.3g}"
+        expected, remedy = "positive semidefinite pseudo-inertias", "draw them with Arm.perturbed"
+        raise ParameterError(subject, got, expected, remedy)
 
 
 def check_spread(subject: str, value: float, unit: str = "") -> None:
     """Raise ParameterError unless a spread is a number from 0 to LARGEST_SPREAD."""
     if not (is_number(value) and 0 <= value <= LARGEST_SPREAD):
-        raise ParameterError(
-            subject, repr(value), f"a number from 0 to {LARGEST_SPREAD:g}{unit and f' [{unit}]'}"
-        )
+        expected = f"a number from 0 to {LARGEST_SPREAD:g}{unit and f' [{unit}]'}"
+        raise ParameterError(subject, repr(value), expected)

@@ -1,42 +1,15 @@
 """Bounds of the mass matrix over the joint range (Assumption 3)."""
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 from scipy.optimize import minimize
 
 from ftcfa.arrays import Array
+from ftcfa.model.arm import Arm
 
 
-class HasMassMatrix(Protocol):
-    """The part of an arm that the bounds need."""
-
-    @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        ...
-
-    @property
-    def lower(self) -> Array:
-        """Lower limits, shape (n,)."""
-        ...
-
-    @property
-    def upper(self) -> Array:
-        """Upper limits, shape (n,)."""
-        ...
-
-    def mass_matrix(self, q: Array) -> Array:
-        """M(q), shape (n, n)."""
-        ...
-
-    def coriolis_matrix(self, q: Array, v: Array) -> Array:
-        """C(q, v) with M' - 2 C skew-symmetric, shape (n, n)."""
-        ...
-
-
-def joint_box(arm: HasMassMatrix) -> tuple[Array, Array]:
+def joint_box(arm: Arm) -> tuple[Array, Array]:
     """Lower and upper end of the joint range, shape (n,) each [rad or m].
 
     An unlimited joint has the range [-pi, pi].
@@ -46,17 +19,12 @@ def joint_box(arm: HasMassMatrix) -> tuple[Array, Array]:
     return lower, upper
 
 
-def mass_matrix_bounds(
-    arm: HasMassMatrix, samples: int = 256, starts: int = 3
-) -> tuple[float, float]:
-    """Smallest and largest eigenvalue of M over the joint range: Mmin, Mmax of Assumption 3.
+def mass_matrix_bounds(arm: Arm, samples: int = 256, starts: int = 3) -> tuple[float, float]:
+    """Mmin and Mmax of Assumption 3: extreme eigenvalues of M over the joint range [kg m^2 or kg].
 
     A bounded quasi-Newton search starts from the ``starts`` best of ``samples`` random postures,
     which are always the same. The result is the best posture of these searches, without proof
     that there is no better one.
-
-    Returns:
-        (Mmin, Mmax) [kg m^2 for revolute joints, kg for prismatic ones].
     """
     postures = np.random.default_rng(0).uniform(*joint_box(arm), (samples, arm.n))
     spectra = np.array([np.linalg.eigvalsh(arm.mass_matrix(q)) for q in postures])
@@ -72,7 +40,7 @@ def mass_matrix_bounds(
     return extreme(1.0, 0), extreme(-1.0, -1)
 
 
-def quadratic_gradient(arm: HasMassMatrix, q: Array, x: Array) -> Array:
+def quadratic_gradient(arm: Arm, q: Array, x: Array) -> Array:
     """Gradient of x^T M(q) x for a constant x, shape (n,).
 
         d(v^T M v)/dq = 2 (M' v - C v) = 2 C^T v,   since M' = C + C^T
@@ -83,17 +51,12 @@ def quadratic_gradient(arm: HasMassMatrix, q: Array, x: Array) -> Array:
 
 
 def least(
-    objective: Callable[[Array], tuple[float, Array]], q: Array, arm: HasMassMatrix
+    objective: Callable[[Array], tuple[float, Array]], q: Array, arm: Arm
 ) -> tuple[float, Array]:
-    """Local minimum over the joint range, by a bounded quasi-Newton search from a posture.
+    """Value and posture of a local minimum over the joint range of an arm.
 
-    Args:
-        objective: Function of a posture that returns value and gradient.
-        q: Posture at which the search begins, shape (n,).
-        arm: Arm with the joint range.
-
-    Returns:
-        The value and the posture, never worse than at the beginning.
+    A bounded quasi-Newton search begins at q, shape (n,), and ends at a posture that is not worse.
+    ``objective`` returns value and gradient.
     """
     bounds = list(zip(*joint_box(arm), strict=True))
     result = minimize(objective, q, jac=True, bounds=bounds, method="L-BFGS-B")

@@ -19,20 +19,13 @@ class PaperPendulum:
 
     ``as_printed`` takes C from the paper's text with its misprints: C21 has cos D instead of sin D,
     and C22 = 1, a friction of 1 N m s/rad between link 2 and the world. Its M' - 2 C is not skew.
-
-    Attributes:
-        m: Masses, shape (2,) [kg].
-        l: Lengths, shape (2,) [m].
-        g: Gravity [m/s^2].
-        as_printed: Whether C has the paper's misprints.
-        effort_limit: u*, shape (2,) [N m].
     """
 
-    m: tuple[float, float] = (0.6, 0.8)
-    l: tuple[float, float] = (0.8, 1.2)  # noqa: E741 (the paper's letter)
-    g: float = 9.8
-    as_printed: bool = False
-    effort_limit: Traceable = field(default_factory=lambda: np.array([15.0, 15.0]))
+    m: tuple[float, float] = (0.6, 0.8)  # masses [kg]
+    l: tuple[float, float] = (0.8, 1.2)  # lengths [m]  # noqa: E741 (the paper's letter)
+    g: float = 9.8  # gravity [m/s^2]
+    as_printed: bool = False  # whether C has the paper's misprints
+    effort_limit: Traceable = field(default_factory=lambda: np.array([15.0, 15.0]))  # u* [N m]
 
     varies: ClassVar[Parameters] = number_fields("m", "l", "g", "effort_limit")
 
@@ -44,6 +37,12 @@ class PaperPendulum:
     def home(self) -> Array:
         """The posture that hangs straight down, shape (2,) [rad]."""
         return np.zeros(2)
+
+    @property
+    def _moment(self) -> Traceable:
+        """Mass moments of the rods with all that they carry, shape (2,) [kg m]."""
+        (m1, m2), (l1, l2) = self.m, self.l
+        return np.array([(m1 + m2) * l1, m2 * l2])
 
     def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (2, 2) [kg m^2]."""
@@ -62,8 +61,7 @@ class PaperPendulum:
 
     def potential_force(self, q: Traceable) -> Traceable:
         """h(q), shape (2,) [N m]."""
-        (m1, m2), (l1, l2) = self.m, self.l
-        return self.g * np.array([(m1 + m2) * l1, m2 * l2]) * np.sin(q)
+        return self.g * self._moment * np.sin(q)
 
     def damping_matrix(self, v: Traceable) -> Traceable:  # noqa: ARG002
         """D(v) = 0: no friction, shape (2, 2)."""
@@ -78,8 +76,6 @@ class PaperPendulum:
 
         Only the columns of x and z are not zero: the printed model has no turning base.
         """
-        (m1, m2), (l1, l2) = self.m, self.l
-        moment = np.array([(m1 + m2) * l1, m2 * l2])
-        zero = np.zeros(2)
-        columns = [moment * np.cos(q), zero, moment * np.sin(q), zero, zero, zero]
+        x, z, zero = self._moment * np.cos(q), self._moment * np.sin(q), np.zeros(2)
+        columns = [x, zero, z, zero, zero, zero]
         return np.stack(columns, axis=1)

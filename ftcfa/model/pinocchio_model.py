@@ -1,20 +1,42 @@
-"""Pinocchio's models: built from a URDF, given other inertias, read as plain arrays."""
+"""What an Arm needs beside Pinocchio's functions: models from URDFs, their constants, forces."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from ftcfa.arrays import Array
-from ftcfa.model.tree import BodyFrame, KinematicTree
+from ftcfa.model.inertia import symmetric
+
+
+class BodyFrame(NamedTuple):
+    """A frame fixed to a body of a tree of joints."""
+
+    joint: int  # index of the joint that carries the frame, -1 for the base
+    rotation: Array  # from the frame to the joint frame, shape (3, 3)
+    translation: Array  # origin of the frame in the joint frame, shape (3,) [m]
+
+
+@dataclass(frozen=True, eq=False)
+class KinematicTree:
+    """Tree of N single-axis joints, parents before children."""
+
+    parents: tuple[int, ...]  # index of each joint's parent, -1 for the base
+    rotations: Array  # from the joint frame at zero to the parent frame, shape (N, 3, 3)
+    translations: Array  # origin of the joint frame in the parent frame, shape (N, 3) [m]
+    axes: Array  # unit axis in the joint frame, shape (N, 3)
+    prismatic: tuple[bool, ...]  # whether each joint slides along its axis instead of turning
+    gravity: Array  # shape (3,) [m/s^2]
+    frames: Mapping[str, BodyFrame]  # links and joints of the URDF, by name
 
 
 def model_of_urdf(xml: str, gravity: Array, mounting: Array) -> pin.Model:
-    """Pinocchio's model of a URDF text.
+    """Pinocchio's model of a URDF text in a gravity field, shape (3,) [m/s^2], in world axes.
 
-    Args:
-        xml: Text of the URDF.
-        gravity: Gravity field in world axes, shape (3,) [m/s^2].
-        mounting: Orientation of the base in the world, shape (3, 3). The model's own base frame
-            has the axes of the world, so every quantity of the base is in world axes.
+    ``mounting`` is the orientation of the base in the world, shape (3, 3). The model's own base
+    frame has the axes of the world, so every quantity of the base is in world axes.
     """
     model = pin.buildModelFromXML(xml)
     model.gravity.linear = gravity
@@ -28,32 +50,17 @@ def model_of_urdf(xml: str, gravity: Array, mounting: Array) -> pin.Model:
     return model
 
 
-def body_inertias(model: pin.Model) -> Array:
-    """Inertial parameters of the bodies in their joint frames, shape (N, 10)."""
-    return np.array([body.toDynamicParameters() for body in model.inertias[1:]])
-
-
-def mass_beyond(model: pin.Model, joints: list[int]) -> float:
-    """Mass of all bodies that at least one of the joints, numbers from 0 to N - 1, moves [kg]."""
-    numbers = {joint + 1 for joint in joints}  # Pinocchio's joint 0 is the fixed base
-    bodies = zip(model.inertias[1:], model.supports[1:], strict=True)
-    return float(sum(body.mass for body, above in bodies if numbers.intersection(above)))
-
-
 def with_body_inertias(model: pin.Model, inertias: Array) -> pin.Model:
     """Copy of a model with other inertial parameters, shape (N, 10)."""
     model = model.copy()
-    for i, row in enumerate(inertias):
-        model.inertias[i + 1] = _body(row)
+    for i, row in enumerate(inertias, 1):
+        if row[0] != 0:
+            model.inertias[i] = pin.Inertia.FromDynamicParameters(row)
+        else:  # Pinocchio's function divides by the mass
+            xx, xy, yy, xz, yz, zz = row[4:]
+            I = symmetric(xx, yy, zz, xy, xz, yz)  # noqa: E741
+            model.inertias[i] = pin.Inertia(0.0, np.zeros(3), I)
     return model
-
-
-def _body(row: Array) -> pin.Inertia:
-    """Body of ten inertial parameters; Pinocchio's own function divides by the mass."""
-    if row[0] != 0:
-        return pin.Inertia.FromDynamicParameters(row)
-    xx, xy, yy, xz, yz, zz = row[4:]
-    return pin.Inertia(0.0, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
 def frames_by_name(model: pin.Model) -> dict[str, pin.Frame]:
@@ -65,21 +72,39 @@ def frames_by_name(model: pin.Model) -> dict[str, pin.Frame]:
 
 def kinematic_tree(model: pin.Model) -> KinematicTree:
     """Constants of a model as plain arrays."""
-    joints, data = model.joints[1:], model.createData()
-    axes = np.array([data.joints[joint.id].S.ravel() for joint in joints])  # (N, 6)
-    placements = [model.jointPlacements[joint.id] for joint in joints]
+    data, placements = model.createData(), list(model.jointPlacements)[1:]
+    axes = np.array([data.joints[i].S.ravel() for i in range(1, model.njoints)])  # (N, 6)
     prismatic = np.linalg.norm(axes[:, :3], axis=1) > 0
     return KinematicTree(
-        parents=tuple(model.parents[joint.id] - 1 for joint in joints),
+        parents=tuple(parent - 1 for parent in list(model.parents)[1:]),
         rotations=np.array([placement.rotation for placement in placements]),
         translations=np.array([placement.translation for placement in placements]),
         axes=np.where(prismatic[:, None], axes[:, :3], axes[:, 3:]),
         prismatic=tuple(bool(p) for p in prismatic),
         gravity=np.array(model.gravity.linear),
         frames={
-            name: BodyFrame(
-                frame.parentJoint - 1, frame.placement.rotation, frame.placement.translation
-            )
-            for name, frame in frames_by_name(model).items()
+            name: BodyFrame(f.parentJoint - 1, f.placement.rotation, f.placement.translation)
+            for name, f in frames_by_name(model).items()
         },
     )
+
+
+class TurningBase:
+    """The joints and bodies of a model on a base that is free to move, without gravity."""
+
+    def __init__(self, model: pin.Model) -> None:
+        free = pin.Model()
+        free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
+        for i in range(1, model.njoints):
+            parent = model.parents[i] + 1
+            free.addJoint(parent, model.joints[i], model.jointPlacements[i], model.names[i])
+            free.appendBodyToJoint(i + 1, model.inertias[i], pin.SE3.Identity())
+        free.gravity.linear = np.zeros(3)
+        self._model, self._data = free, free.createData()
+
+    def force(self, q: Array, v: Array, omega: Array) -> Array:
+        """Difference that omega makes to C v, shape (N,); see `Arm.base_rotation_force`."""
+        at = np.concatenate([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], q])
+        turning, still = np.concatenate([np.zeros(3), omega, v]), np.concatenate([np.zeros(6), v])
+        force = pin.nonLinearEffects(self._model, self._data, at, turning)[6:].copy()
+        return force - pin.nonLinearEffects(self._model, self._data, at, still)[6:]

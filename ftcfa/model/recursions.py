@@ -13,9 +13,11 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.model.arm import Arm
+from ftcfa.model.pinocchio_model import KinematicTree
 from ftcfa.model.rigid_body import ENTRIES, Body, JointFrame, bodies_of
-from ftcfa.model.tree import KinematicTree
 
+ZERO = ca.SX(3, 1)
+"""No gravity, or a base that does not turn."""
 ROUNDING = 1e-15
 """Entries of a constant rotation this close to -1, 0 or 1 are set to that number."""
 
@@ -25,18 +27,6 @@ class Chain:
 
     A joint that does not move (its row of G is zero) is welded: its body becomes part of the
     nearest moving body above it, and its children are placed relative to that body.
-
-    Attributes:
-        G: Linear part of the coordinate map of the moving joints, shape (moving, n).
-        g0: Constant part of it, shape (moving,).
-        gravity: Gravity field, shape (3,) [m/s^2].
-        prismatic: Whether each moving joint slides.
-        parents: Index of each moving joint's parent, -1 for the base.
-        placements: Rotation and origin of each moving joint's frame in its parent's.
-        frames: Index of the moving joint that carries each frame of the arm, and the frame's
-            origin there, by name.
-        regrouping: Linear map from the parameters of the arm's N bodies to those of the moving
-            joints' regrouped bodies, shape (moving ENTRIES, N ENTRIES).
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -44,43 +34,34 @@ class Chain:
         moving = np.flatnonzero(arm.G.any(axis=1)).tolist()
         turns = [_turn_to_z(axis) for axis in tree.axes]
         placements = _placements(tree, moving, turns, arm.g0)
-        self.G, self.g0 = ca.DM(arm.G[moving]), ca.DM(arm.g0[moving])
+        index = {-1: -1} | {joint: i for i, joint in enumerate(moving)}
+        self.G, self.g0 = ca.DM(arm.G[moving]), ca.DM(arm.g0[moving])  # (moving, n), (moving,)
         self.gravity = ca.SX(ca.DM(tree.gravity))
         self.prismatic = [tree.prismatic[i] for i in moving]
-        index = {-1: -1} | {joint: i for i, joint in enumerate(moving)}
         self.parents = [index[placements[i][0]] for i in moving]
-        self.placements = [placements[i][1:] for i in moving]
-        self.frames: dict[str, tuple[int, Array]] = {}
-        for name, frame in tree.frames.items():
-            j, r = frame.joint, frame.translation
+        self.placements = [placements[i][1:] for i in moving]  # R and r in the parent's frame
+        self.frames: dict[str, tuple[int, Array]] = {}  # moving joint and origin there, by name
+        for name, (j, R, r) in tree.frames.items():
             if j >= 0:
-                r = turns[j].T @ r
-                if j not in moving:
-                    j, R0, r0 = placements[j]
-                    r = r0 + R0 @ r
+                j, R, r = _carried((j, R, r), moving, turns, placements)
             self.frames[name] = (index[j], r)
         self.regrouping = _regrouping(tree, moving, turns, placements)
 
     def joint_frames(self, q: ca.SX) -> list[JointFrame]:
-        """The joint frames at coordinates q of the moving joints."""
-        return [
-            JointFrame(R, r, q[i], self.prismatic[i]) for i, (R, r) in enumerate(self.placements)
-        ]
+        """Frames of the moving joints at the arm's coordinates q."""
+        places = zip(self.placements, self.prismatic, strict=True)
+        at = self.G @ q + self.g0
+        return [JointFrame(*place, at[i], slides) for i, (place, slides) in enumerate(places)]
 
     def inverse_dynamics(
-        self, q: ca.SX, v: ca.SX, bodies: list[Body], gravity: ca.SX, omega: ca.SX
+        self, q: ca.SX, v: ca.SX, bodies: list[Body], gravity: ca.SX = ZERO, omega: ca.SX = ZERO
     ) -> ca.SX:
-        """Torque of zero joint acceleration, by Newton and Euler; C v + h where omega is zero.
+        """Torque of the moving joints without joint acceleration, by Newton and Euler.
 
-        Args:
-            q: Coordinates of the moving joints.
-            v: Velocities of the moving joints.
-            bodies: Regrouped bodies of the moving joints.
-            gravity: Gravity field, shape (3,) [m/s^2].
-            omega: Angular velocity of the base, shape (3,) [rad/s].
+        It is C v + h for a base that does not turn. ``q`` and ``v`` are the arm's coordinates,
+        ``bodies`` the regrouped ones, ``omega`` the angular velocity of the base [rad/s].
         """
-        z = ca.DM([0, 0, 1])
-        frames = self.joint_frames(q)
+        frames, rates, z = self.joint_frames(q), self.G @ v, ca.DM([0, 0, 1])
         base = (omega, ca.SX(3, 1), -gravity)
         motion: list[tuple[ca.SX, ca.SX, ca.SX]] = []  # w, w', acceleration of each origin
         wrenches = []
@@ -88,7 +69,7 @@ class Chain:
             w, dw, a = motion[p] if p >= 0 else base
             carried = a + ca.cross(dw, frame.r) + ca.cross(w, ca.cross(w, frame.r))
             w, dw, a = map(frame.vector_to_child, (w, dw, carried))
-            rate = z * v[i]
+            rate = z * rates[i]
             if self.prismatic[i]:
                 a = a + 2 * ca.cross(w, rate)
             else:
@@ -109,8 +90,7 @@ class Chain:
 
     def composite_inertia(self, q: ca.SX, bodies: list[Body]) -> tuple[ca.SX, ca.SX]:
         """M and M_qb of the moving joints, by composite rigid bodies."""
-        frames = self.joint_frames(q)
-        composite = list(bodies)
+        frames, composite = self.joint_frames(q), list(bodies)
         N = len(frames)
         M, coupling = ca.SX(N, N), ca.SX(N, 6)
         for i in reversed(range(N)):
@@ -127,7 +107,7 @@ class Chain:
         return M, coupling
 
     def jacobian(self, q: ca.SX, frame: str) -> ca.SX:
-        """Jacobian (6, N) of a frame's origin and rotation, in the axes of the base."""
+        """Jacobian (6, n) of a frame's origin and rotation, in the axes of the base."""
         frames, z = self.joint_frames(q), ca.SX(ca.DM([0, 0, 1]))
         i, point = self.frames[frame]
         x = ca.SX(ca.DM(point))
@@ -141,7 +121,7 @@ class Chain:
         J = ca.SX(6, len(frames))
         for j, (linear, angular) in columns.items():
             J[:, j] = ca.vertcat(linear, angular)
-        return J
+        return J @ self.G
 
 
 Placement = tuple[int, Array, Array]
@@ -156,10 +136,7 @@ def _placements(
     for i, p in enumerate(tree.parents):
         R, r = tree.rotations[i] @ turns[i], tree.translations[i]
         if p >= 0:
-            R, r = turns[p].T @ R, turns[p].T @ r
-            if p not in moving:
-                p, R0, r0 = placements[p]
-                R, r = R0 @ R, r0 + R0 @ r
+            p, R, r = _carried((p, R, r), moving, turns, placements)
         if i not in moving and tree.prismatic[i]:
             r = r + R[:, 2] * g0[i]
         elif i not in moving:
@@ -168,10 +145,25 @@ def _placements(
     return placements
 
 
+def _carried(
+    frame: Placement, moving: list[int], turns: list[Array], placements: list[Placement]
+) -> Placement:
+    """Placement of a frame that the tree places in any joint's frame, which is not yet turned."""
+    p, R, r = frame
+    R, r = turns[p].T @ R, turns[p].T @ r
+    if p in moving:
+        return p, R, r
+    carrier, R0, r0 = placements[p]
+    return carrier, R0 @ R, r0 + R0 @ r
+
+
 def _regrouping(
     tree: KinematicTree, moving: list[int], turns: list[Array], placements: list[Placement]
 ) -> Array:
-    """See `Chain.regrouping`: the Jacobian of the regrouped parameters, leaves before roots."""
+    """Linear map from the parameters of the arm's N bodies to those of the regrouped ones.
+
+    Its shape is (moving ENTRIES, N ENTRIES). It is a Jacobian; leaves are regrouped before roots.
+    """
     N = len(tree.parents)
     parameters = ca.SX.sym("parameters", ENTRIES * N)
     given = zip(bodies_of(parameters), turns, strict=True)

@@ -75,9 +75,8 @@ class JointFrame:
 
     def vector_to_parent(self, x: ca.SX) -> ca.SX:
         """A vector in the axes of the parent, from those of the child."""
-        return self.R @ ca.vertcat(
-            self.c * x[0] - self.s * x[1], self.s * x[0] + self.c * x[1], x[2]
-        )
+        c, s = self.c, self.s
+        return self.R @ ca.vertcat(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2])
 
     def vector_to_child(self, x: ca.SX) -> ca.SX:
         """A vector in the axes of the child, from those of the parent."""

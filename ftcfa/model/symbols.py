@@ -99,8 +99,7 @@ def _wrapped(value: Any) -> Any:
 
 def symbols(name: str, *shape: int) -> Traceable:
     """A new array of symbols, of one dimension or two."""
-    rows, columns = shape if len(shape) == 2 else (1, *shape)
-    return _array(ca.SX.sym(name, rows, columns), len(shape))
+    return array(ca.SX.sym(name, *shape), len(shape))
 
 
 def column(x: Traceable) -> ca.SX:
@@ -110,8 +109,5 @@ def column(x: Traceable) -> ca.SX:
 
 def array(x: ca.SX, ndim: int) -> Traceable:
     """A CasADi column (ndim 1) or matrix (ndim 2) as an array that behaves like NumPy's."""
-    return _array(ca.densify(x.T if ndim == 1 else x), ndim)
-
-
-def _array(x: ca.SX, ndim: int) -> Traceable:
-    return cast(Traceable, SymbolArray(ca.ArrayInterface(x, ndim=ndim)))
+    entries = ca.densify(x.T if ndim == 1 else x)
+    return cast(Traceable, SymbolArray(ca.ArrayInterface(entries, ndim=ndim)))

@@ -4,8 +4,7 @@ The recursions use the constants of one Arm. CasADi folds them, so that the expr
 only the arithmetic that this robot needs.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import ClassVar
 from weakref import WeakKeyDictionary
@@ -13,10 +12,10 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from ftcfa.arrays import Array, Traceable, solve_spd
+from ftcfa.arrays import Array, Traceable
 from ftcfa.errors import TracingError
+from ftcfa.model.abstract_arm import AbstractArm
 from ftcfa.model.arm import Arm
-from ftcfa.model.friction import damping_matrix
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import Body, bodies_of
 from ftcfa.model.symbols import SymbolArray, array, column
@@ -31,67 +30,25 @@ CHECKED_STATES = 8
 
 
 @dataclass(frozen=True, eq=False)
-class TracedArm:
+class TracedArm(AbstractArm):
     """The twin of an Arm: the same methods, for symbols.
 
-    Attributes:
-        joint_names: Names of the coordinates.
-        joint_types: Types of the coordinates.
-        home: A posture to start from, shape (n,).
-        lower: Lower joint limits, shape (n,).
-        upper: Upper joint limits, shape (n,).
-        velocity_limit: Velocity limits, shape (n,).
-        gravity: Gravity field, shape (3,) [m/s^2].
-        linear_map: G of the Arm, shape (N, n); a constant here, hence another name.
-        damping: Viscous friction, shape (N,); numbers, or symbols if it is an input.
-        friction: Coulomb friction, shape (N,); likewise.
-        chain: Geometry and recursions.
-        bodies: Regrouped inertial parameters of the moving joints' bodies, one after the other,
-            shape (moving ENTRIES,); likewise.
-        effort_limit: u*, shape (n,) [N m or N]; likewise.
-        inertial_weights: Weights of the Arm; a constant here, whatever the bodies are.
+    Fields of its `varies` are numbers, or symbols where they are inputs of compiled code; the
+    others are constants, `inertial_weights` included, whatever the bodies are.
     """
 
-    joint_names: tuple[str, ...]
-    joint_types: tuple[str, ...]
-    home: Array
-    lower: Array
-    upper: Array
-    velocity_limit: Array
     gravity: Array
-    linear_map: Array
-    damping: Traceable
-    friction: Traceable
-    chain: Chain
-    bodies: Traceable
-    effort_limit: Traceable
     inertial_weights: Array
+    chain: Chain
+    bodies: Traceable  # regrouped parameters of the moving joints' bodies, (moving ENTRIES,)
 
     @classmethod
     def of(cls, arm: Arm) -> "TracedArm":
         """The twin of an Arm, unchecked."""
+        names = (*(field.name for field in fields(AbstractArm)), "gravity", "inertial_weights")
         chain = Chain(arm)
-        return cls(
-            joint_names=arm.joint_names,
-            joint_types=arm.joint_types,
-            home=arm.home,
-            lower=arm.lower,
-            upper=arm.upper,
-            velocity_limit=arm.velocity_limit,
-            gravity=arm.gravity,
-            linear_map=arm.G,
-            damping=arm.damping,
-            friction=arm.friction,
-            chain=chain,
-            bodies=chain.regrouping @ arm.inertias.ravel(),
-            effort_limit=arm.effort_limit,
-            inertial_weights=arm.inertial_weights,
-        )
-
-    @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        return len(self.joint_names)
+        bodies = chain.regrouping @ arm.inertias.ravel()
+        return cls(**{name: getattr(arm, name) for name in names}, chain=chain, bodies=bodies)
 
     def regrouped(self, inertias: Array) -> Array:
         """Regrouped inertial parameters, shape (paths, moving ENTRIES), of those of an Arm."""
@@ -113,30 +70,23 @@ class TracedArm:
     def _inertia(self) -> ca.Function:
         """Function q -> M (n, n), M_qb (n, 6)."""
         q, G = ca.SX.sym("q", self.n), self.chain.G
-        M, coupling = self.chain.composite_inertia(G @ q + self.chain.g0, self._bodies)
+        M, coupling = self.chain.composite_inertia(q, self._bodies)
         return self._function("inertia", [q], [G.T @ M @ G, G.T @ coupling])
 
     @cached_property
     def _forces(self) -> ca.Function:
         """Function q, v -> C v + h (n,)."""
-        q, v, G = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), self.chain.G
-        force = self.chain.inverse_dynamics(
-            G @ q + self.chain.g0, G @ v, self._bodies, self.chain.gravity, ca.SX(3, 1)
-        )
-        return self._function("forces", [q, v], [G.T @ force])
+        q, v, chain = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), self.chain
+        force = chain.inverse_dynamics(q, v, self._bodies, gravity=chain.gravity)
+        return self._function("forces", [q, v], [chain.G.T @ force])
 
     @cached_property
     def _rotation_forces(self) -> ca.Function:
         """Function q, v, omega -> c_cent + c_cor (n,)."""
         q, v, omega = ca.SX.sym("q", self.n), ca.SX.sym("v", self.n), ca.SX.sym("omega", 3)
-        chain, G = self.chain, self.chain.G
-
-        def force(w: ca.SX) -> ca.SX:
-            at = G @ q + chain.g0
-            return chain.inverse_dynamics(at, G @ v, self._bodies, ca.SX(3, 1), w)
-
-        difference = force(omega) - force(ca.SX(3, 1))
-        return self._function("rotation_forces", [q, v, omega], [G.T @ difference])
+        turning = self.chain.inverse_dynamics(q, v, self._bodies, omega=omega)
+        still = self.chain.inverse_dynamics(q, v, self._bodies)
+        return self._function("rotation", [q, v, omega], [self.chain.G.T @ (turning - still)])
 
     def _function(self, name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
         return ca.Function(name, [*inputs, self._parameters], outputs, {"cse": True})
@@ -144,8 +94,7 @@ class TracedArm:
     @cached_property
     def _parameters(self) -> ca.SX:
         """Symbols of the bodies as an input of the functions; empty if the bodies are numbers."""
-        symbolic = isinstance(self.bodies, SymbolArray)
-        return column(self.bodies) if symbolic else ca.SX(0, 1)
+        return column(self.bodies) if isinstance(self.bodies, SymbolArray) else ca.SX(0, 1)
 
     @cached_property
     def _bodies(self) -> list[Body]:
@@ -176,14 +125,6 @@ class TracedArm:
         """h(q), shape (n,)."""
         return array(self._forces(column(q), ca.DM.zeros(self.n), self._parameters), 1)
 
-    def damping_matrix(self, v: Traceable) -> Traceable:
-        """D(v), shape (n, n); see `ftcfa.model.friction.damping_matrix`."""
-        return damping_matrix(self.linear_map, self.damping, self.friction, v)
-
-    def friction_force(self, v: Traceable) -> Traceable:
-        """f(v), shape (n,)."""
-        return self.damping_matrix(v) @ v
-
     def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q) + f(v), shape (n,)."""
         force = self._forces(column(q), column(v), self._parameters)
@@ -197,29 +138,19 @@ class TracedArm:
     def _regressor(self) -> ca.Function:
         """Function q, v, v_r, a_r -> Jacobian of M a_r + C v_r + h in the inertial parameters."""
         q, v, w, a = (ca.SX.sym(name, self.n) for name in ("q", "v", "w", "a"))
-        chain, G = self.chain, self.chain.G
-        regrouping = ca.sparsify(ca.DM(chain.regrouping))
+        chain, regrouping = self.chain, ca.sparsify(ca.DM(self.chain.regrouping))
         p = ca.SX.sym("p", regrouping.shape[1])
         bodies = bodies_of(regrouping @ p)
-        at, still = G @ q + chain.g0, ca.SX(3, 1)
-
-        def force(rate: ca.SX, gravity: ca.SX) -> ca.SX:
-            return chain.inverse_dynamics(at, G @ rate, bodies, gravity, still)
-
-        M, _ = chain.composite_inertia(at, bodies)
-        rotation = (force(v + w, still) - force(v - w, still)) / 4
-        torque = M @ G @ a + rotation + force(ca.SX(self.n, 1), chain.gravity)
-        return ca.Function("regressor", [q, v, w, a], [ca.jacobian(G.T @ torque, p)], {"cse": True})
-
-    def forward_dynamics(self, q: Traceable, v: Traceable, tau: Traceable) -> Traceable:
-        """M^-1 (tau - C v - h - f), shape (n,)."""
-        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+        M, _ = chain.composite_inertia(q, bodies)
+        plus, minus = (chain.inverse_dynamics(q, rate, bodies) for rate in (v + w, v - w))
+        weight = chain.inverse_dynamics(q, ca.SX(self.n, 1), bodies, gravity=chain.gravity)
+        torque = M @ chain.G @ a + (plus - minus) / 4 + weight
+        Y = ca.jacobian(chain.G.T @ torque, p)
+        return ca.Function("regressor", [q, v, w, a], [Y], {"cse": True})
 
     def base_rotation_force(self, q: Traceable, v: Traceable, omega: Traceable) -> Traceable:
         """c_cent + c_cor of a turning base, shape (n,); see `Arm.base_rotation_force`."""
-        return array(
-            self._rotation_forces(column(q), column(v), column(omega), self._parameters), 1
-        )
+        return array(self._rotation_forces(*map(column, (q, v, omega)), self._parameters), 1)
 
     def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
@@ -227,9 +158,7 @@ class TracedArm:
 
     def frame_jacobian(self, frame: str, q: Traceable) -> Traceable:
         """Jacobian of a link or joint of the URDF, shape (6, n); see `Arm.frame_jacobian`."""
-        chain = self.chain
-        J = chain.jacobian(chain.G @ column(q) + chain.g0, frame)
-        return array(J @ chain.G, 2)
+        return array(self.chain.jacobian(column(q), frame), 2)
 
 
 _twins: WeakKeyDictionary[Arm, TracedArm] = WeakKeyDictionary()
@@ -256,22 +185,18 @@ def _check(arm: Arm, twin: TracedArm) -> None:
     the comparison of the traced loop with the interpreted one then covers them.
     """
     rng = np.random.default_rng(0)
-    quantities: dict[str, tuple[Callable[..., Array], Callable[..., Array], int]] = {
-        "mass matrix": (arm.mass_matrix, twin.mass_matrix, 1),
-        "bias force": (arm.bias_force, twin.bias_force, 2),
-        "potential force": (arm.potential_force, twin.potential_force, 1),
-        "base coupling": (arm.base_coupling, twin.base_coupling, 1),
-    }
     for _ in range(CHECKED_STATES):
-        state = (rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n))
-        for name, (number, expression, arguments) in quantities.items():
-            truth = number(*state[:arguments])
-            value = np.asarray(expression(*state[:arguments]), dtype=float)
-            error = np.max(np.abs(value - truth)) / max(np.max(np.abs(truth)), NEGLIGIBLE)
+        q, v = rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n)
+        for name, truth, value in (
+            ("mass matrix", arm.mass_matrix(q), twin.mass_matrix(q)),
+            ("bias force", arm.bias_force(q, v), twin.bias_force(q, v)),
+            ("potential force", arm.potential_force(q), twin.potential_force(q)),
+            ("base coupling", arm.base_coupling(q), twin.base_coupling(q)),
+        ):
+            difference = np.max(np.abs(np.asarray(value, dtype=float) - truth))
+            error = difference / max(np.max(np.abs(truth)), NEGLIGIBLE)
             if not error <= AGREEMENT:
-                raise TracingError(
-                    f"{arm.name}: traced {name}",
-                    f"differs from Pinocchio's by {error:.1e} relative",
-                    f"agreement to {AGREEMENT:g}",
-                    'run it with engine="interpreted" and report this robot',
-                )
+                subject, expected = f"{arm.name}: traced {name}", f"agreement to {AGREEMENT:g}"
+                got = f"differs from Pinocchio's by {error:.1e} relative"
+                remedy = 'run it with engine="interpreted" and report this robot'
+                raise TracingError(subject, got, expected, remedy)

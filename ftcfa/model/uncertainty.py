@@ -8,16 +8,17 @@ import numpy as np
 from scipy.special import ndtr
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, natural, vector
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.checks import Check, known_name, natural, vector
+from ftcfa.errors import ParameterError
 from ftcfa.model.arm import Arm
 from ftcfa.model.inertia import (
     changed_pseudo_inertia,
     check_spread,
     inertial_parameters,
     pseudo_inertia,
+    symmetric,
 )
-from ftcfa.model.tree import BodyFrame, KinematicTree
+from ftcfa.model.pinocchio_model import BodyFrame, KinematicTree
 from ftcfa.parts import Part
 from ftcfa.streams import ROBOT, Words, normals_of_paths
 
@@ -25,6 +26,7 @@ Distribution = Literal["log-normal", "bounded"]
 DEVIATES = 12
 """Number of deviates of a joint and its body: mass, centre (3), strains (3), shears (3), damping
 and Coulomb friction."""
+STRAIN_DEVIATIONS = [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]]
 FRICTION_DEVIATES = {"damping": 10, "friction": 11}
 CHUNK = 512
 """Number of robots drawn at once, which fit into the processor's cache."""
@@ -69,8 +71,7 @@ class Uncertainty(Part):
         distribution: ``"log-normal"`` or ``"bounded"``.
 
     Raises:
-        ParameterError, ShapeError, UnknownNameError: If a field has the wrong range, shape or
-            name.
+        ParameterError, ShapeError, UnknownNameError: If a field has a wrong range, shape or name.
     """
 
     mass: Annotated[float, Check(check_spread)] = 0.0
@@ -86,27 +87,19 @@ class Uncertainty(Part):
         super().__post_init__()
         for name in ("mass", "friction"):
             if self.distribution == "bounded" and getattr(self, name) >= 1:
-                raise ParameterError(
-                    f"Uncertainty {name}",
-                    repr(getattr(self, name)),
-                    "a number below 1",
-                    'take distribution="log-normal" for larger spreads',
-                    field=name,
-                )
+                subject, got = f"Uncertainty {name}", repr(getattr(self, name))
+                remedy = 'take distribution="log-normal" for larger spreads'
+                raise ParameterError(subject, got, "a number below 1", remedy, field=name)
         subject = "Uncertainty payload_offset"
-        offset = vector(subject, self.payload_offset, 3, field="payload_offset")
-        object.__setattr__(self, "payload_offset", tuple(offset.tolist()))
+        offset = vector(subject, self.payload_offset, 3, field="payload_offset").tolist()
+        object.__setattr__(self, "payload_offset", tuple(offset))
         if self.payload is not None:
             low, high = vector("Uncertainty payload", self.payload, 2).tolist()
             object.__setattr__(self, "payload", (low, high))
-        elif self.payload_frame is not None or np.any(offset):
-            raise ParameterError(
-                "Uncertainty payload_frame and payload_offset",
-                "no payload",
-                "a payload",
-                "give payload=(smallest, largest)",
-                field="payload",
-            )
+        elif self.payload_frame is not None or any(offset):
+            subject = "Uncertainty payload_frame and payload_offset"
+            remedy = "give payload=(smallest, largest)"
+            raise ParameterError(subject, "no payload", "a payload", remedy, field="payload")
 
     def draw(self, arm: Arm, seed: int, paths: Iterable[int]) -> dict[str, Array]:
         """Parameters of the robots of some paths, by their names in `Arm.varies`.
@@ -124,9 +117,7 @@ class Uncertainty(Part):
             it, ``damping`` and ``friction``, shape (paths, N).
 
         Raises:
-            UnknownNameError: If the arm has no frame ``payload_frame``; it lists those it has.
-            ParameterError: If the arm lacks an uncertain quantity, or a seed or path number is out
-                of range.
+            UnknownNameError, ParameterError: As in `check`, or if a seed or path is out of range.
         """
         self.check(arm)
         seed = natural("seed", seed)
@@ -136,10 +127,7 @@ class Uncertainty(Part):
         return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
 
     def robot(self, arm: Arm, seed: int, path: int) -> Arm:
-        """The robot of one path.
-
-        Args, raises: As for `draw`.
-        """
+        """The robot of one path; see `draw`."""
         drawn = {name: values[0] for name, values in self.draw(arm, seed, [path]).items()}
         return arm.with_inertias(drawn.pop("inertias")).with_joint_friction(**drawn)
 
@@ -151,17 +139,13 @@ class Uncertainty(Part):
             ParameterError: If it is no Arm, if no joint moves the frame, or if it has no friction.
         """
         if not isinstance(arm, Arm):
-            raise ParameterError(
-                "uncertain robot", f"a {type(arm).__name__}", "an Arm, such as load_arm gives"
-            )
+            expected = "an Arm, such as load_arm gives"
+            raise ParameterError("uncertain robot", f"a {type(arm).__name__}", expected)
         if self.friction > 0 and not _friction_of(arm):
-            raise ParameterError(
-                f"uncertain friction of {arm.name}",
-                "no friction",
-                "an arm with damping or Coulomb friction",
-                "write <dynamics> into its URDF, or leave friction out",
-                field="friction",
-            )
+            subject = f"uncertain friction of {arm.name}"
+            expected = "an arm with damping or Coulomb friction"
+            remedy = "write <dynamics> into its URDF, or leave friction out"
+            raise ParameterError(subject, "no friction", expected, remedy, field="friction")
         if self.payload is not None:
             self._carrier(arm)
 
@@ -170,19 +154,13 @@ class Uncertainty(Part):
         tree = arm.tree()
         if self.payload_frame is None:
             return tree.frames[_tip(arm, tree)]
-        if self.payload_frame not in tree.frames:
-            known = tuple(tree.frames)
-            subject = f"payload_frame of {arm.name}"
-            name = str(self.payload_frame)
-            raise UnknownNameError(subject, name, known, field="payload_frame")
-        frame = tree.frames[self.payload_frame]
+        name, field = self.payload_frame, "payload_frame"
+        known_name(f"{field} of {arm.name}", name, tree.frames, field=field)
+        frame = tree.frames[name]
         if not any(arm.G[j].any() for j in _joints_above(tree, frame)):
-            raise ParameterError(
-                f"payload_frame '{self.payload_frame}' of {arm.name}",
-                "a frame that no joint moves",
-                f"one that carries its payload, such as '{_tip(arm, tree)}'",
-                field="payload_frame",
-            )
+            got = "a frame that no joint moves"
+            expected = f"one that carries its payload, such as '{_tip(arm, tree)}'"
+            raise ParameterError(f"{field} '{name}' of {arm.name}", got, expected, field=field)
         return frame
 
     def _draw(self, arm: Arm, seed: int, paths: Words) -> dict[str, Array]:
@@ -194,7 +172,7 @@ class Uncertainty(Part):
             pseudo_inertia(arm.inertias),
             self._factor(self.mass, n[..., 0]),
             self.centre * n[..., 1:4],
-            self.shape * _strain(n[..., 4:10]),
+            self.shape * symmetric(*np.moveaxis(n[..., 4:10] * STRAIN_DEVIATIONS, -1, 0)),
         )
         if self.payload is not None:
             low, high = self.payload
@@ -205,19 +183,12 @@ class Uncertainty(Part):
         drawn = {"inertias": inertial_parameters(J)}
         if self.friction > 0:
             for name, nominal in _friction_of(arm).items():
-                factor = self._factor(self.friction, n[..., FRICTION_DEVIATES[name]])
-                drawn[name] = nominal * factor
+                deviates = n[..., FRICTION_DEVIATES[name]]
+                drawn[name] = nominal * self._factor(self.friction, deviates)
         return drawn
 
     def _factor(self, spread: float, n: Array) -> Array:
         return np.exp(spread * n) if self.distribution == "log-normal" else 1.0 + spread * n
-
-
-def _strain(n: Array) -> Array:
-    """Symmetric matrices, shape (..., 3, 3), of diagonal and off-diagonal numbers, (..., 6)."""
-    xx, yy, zz, xy, xz, yz = np.moveaxis(n * [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]], -1, 0)
-    entries = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1)
-    return entries.reshape(*n.shape[:-1], 3, 3)
 
 
 def _friction_of(arm: Arm) -> dict[str, Array]:

@@ -247,7 +247,7 @@ def test_a_twin_that_disagrees_is_refused(monkeypatch, method, quantity):
 def test_a_wrong_recursion_is_refused(monkeypatch):
     truth = Chain.inverse_dynamics
     monkeypatch.setattr(
-        Chain, "inverse_dynamics", lambda self, q, v, *more: truth(self, q, 1.001 * v, *more)
+        Chain, "inverse_dynamics", lambda self, q, v, *a, **k: truth(self, q, 1.001 * v, *a, **k)
     )
     with pytest.raises(TracingError, match="traced bias force: differs"):
         traced(load_arm("double_pendulum"))

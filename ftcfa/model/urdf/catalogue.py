@@ -1,13 +1,15 @@
-"""Arms by name, as `robots/catalogue.toml` lists them."""
+"""The URDF that a name, a path or a ``package://`` path means; the arms with a name."""
 
 import importlib.metadata
+import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from ftcfa.errors import UrdfError
+from ftcfa.checks import known_name
+from ftcfa.errors import ParameterError, UrdfError
 
 _PACKAGE = Path(__file__).parents[2]
 _DATA_PACKAGE = "example-robot-data"
@@ -16,22 +18,13 @@ _DATA_ROOT = "share/example-robot-data/robots"
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """One arm of the catalogue.
+    """One arm of `robots/catalogue.toml`."""
 
-    Attributes:
-        description: The arm in a phrase.
-        file: Path of the URDF in `robots/` or, with ``package``, in example-robot-data's robots.
-        package: Whether the file comes from example-robot-data.
-        joints: Joints that move; empty means all. The others are locked at their home position.
-        home: Home positions of moving and locked joints [rad or m]; see `home_position` for
-            joints that are not listed.
-    """
-
-    description: str
-    file: str
+    description: str  # the arm in a phrase
+    file: str  # path of the URDF in `robots/` or, with ``package``, in example-robot-data's robots
     package: bool = False
-    joints: tuple[str, ...] = ()
-    home: Mapping[str, float] = field(default_factory=dict)
+    joints: tuple[str, ...] = ()  # joints that move, empty: all; the others are locked at home
+    home: Mapping[str, float] = field(default_factory=dict)  # of any joint [rad or m]
 
     def path(self) -> Path:
         """Path of the URDF on this machine."""
@@ -59,12 +52,52 @@ def _example_robots() -> Path:
     try:
         files = importlib.metadata.files(_DATA_PACKAGE) or ()
     except importlib.metadata.PackageNotFoundError as error:
-        raise UrdfError(
-            _DATA_PACKAGE, "not installed", "its URDFs", f"run `pip install {_DATA_PACKAGE}`"
-        ) from error
+        remedy = f"run `pip install {_DATA_PACKAGE}`"
+        raise UrdfError(_DATA_PACKAGE, "not installed", "its URDFs", remedy) from error
     for file in files:
         path = file.as_posix()
         if f"{_DATA_ROOT}/" in path:
             inside = path.split(f"{_DATA_ROOT}/", 1)[1]
             return Path(str(file.locate())).parents[inside.count("/")].resolve()
     raise UrdfError(_DATA_PACKAGE, "holds no robots", f"files below {_DATA_ROOT}", "reinstall it")
+
+
+def locate(
+    robot: str | os.PathLike[str], package_dirs: Sequence[str | os.PathLike[str]]
+) -> tuple[CatalogueEntry | None, Path]:
+    """Entry of the catalogue (None for a file of the user) and path of the URDF; see `load_arm`."""
+    expected = "a name or the path of a URDF"
+    if not isinstance(robot, (str, os.PathLike)):
+        raise ParameterError("robot", repr(robot), expected, field="robot")
+    text = os.fspath(robot)
+    if text.startswith("package://"):
+        return None, _find_in_packages(text, package_dirs)
+    if isinstance(robot, str) and robot in catalogue():
+        entry = catalogue()[robot]
+        return entry, entry.path()
+    if text.lstrip().startswith("<"):
+        remedy = "write the text to a file"
+        raise ParameterError("robot", "XML text", expected, remedy, field="robot")
+    path = Path(text)
+    exists = os.path.exists(path)  # noqa: PTH110 (pathlib's raises where a name is too long)
+    if isinstance(robot, str) and len(path.parts) == 1 and not path.suffix and not exists:
+        subject = "robot (not a file, not an arm of the catalogue)"
+        known_name(subject, robot, catalogue(), field="robot")
+    return None, path
+
+
+def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
+    package, _, inside = uri.removeprefix("package://").partition("/")
+    from_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+    if isinstance(package_dirs, (str, os.PathLike)):
+        package_dirs = [package_dirs]
+    folders = [Path(folder).resolve() for folder in (*package_dirs, *from_ros) if folder]
+    for folder in folders:
+        for root in (folder / package, *([folder] if folder.name == package else [])):
+            if (root / inside).is_file():
+                return root / inside
+    searched = ", ".join(map(str, folders)) or "no folder"
+    got = f"not found (searched: {searched})"
+    expected = f"a folder that holds the package '{package}'"
+    remedy = "name it in package_dirs or in the environment variable ROS_PACKAGE_PATH"
+    raise UrdfError(uri, got, expected, remedy, field="robot")

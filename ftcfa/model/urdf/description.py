@@ -22,32 +22,28 @@ NO_LIMIT = 1e6
 """Position limits this large mean "unlimited" [rad or m]."""
 MAX_LINKS = 1000
 """Parsers recurse down the tree; several thousand links in a row overflow their stacks."""
+ROUNDING = 1e-15
+"""Moments of inertia of a body of one kilogram that are only rounding errors [m^2]."""
+INERTIA_TOLERANCE = 1e-6
+"""Slack of the inertia checks relative to the largest principal moment: CAD exporters round."""
 
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
-    """A URDF whose tree has been checked.
+    """A URDF whose tree has been checked."""
 
-    Attributes:
-        file: Path of the file, or its name in messages.
-        robot: Links and joints as yourdfpy's dataclasses.
-        root: The XML tree, cut down to what dynamics needs.
-    """
+    file: Path  # or its name in messages
+    robot: Robot  # links and joints as yourdfpy's dataclasses
+    root: etree._Element  # the XML tree, cut down to what dynamics needs
 
-    file: Path
-    robot: Robot
-    root: etree._Element
+    def joint(self, name: str) -> str:
+        """Subject of a message about a joint."""
+        return f"{self.file}: joint '{name}'"
 
     @cached_property
     def moving_joints(self) -> dict[str, Joint]:
         """The joints that are not fixed, by name, in the order of the file."""
         return {joint.name: joint for joint in self.robot.joints if joint.type != "fixed"}
-
-    def links_moved_by(self, joint_names: set[str]) -> list[Link]:
-        """The links that at least one of the named joints moves."""
-        children = [joint.child for joint in self.robot.joints if joint.name in joint_names]
-        moved = _carried_by(self.robot, children)
-        return [link for link in self.robot.links if link.name in moved]
 
     @property
     def text(self) -> str:
@@ -70,11 +66,7 @@ class RobotDescription:
 
 
 def read_urdf(file: Path, text: bytes | None = None) -> RobotDescription:
-    """Read a URDF and check its tree.
-
-    Args:
-        file: Path of the file, or its name in messages if ``text`` is given.
-        text: Content of the file; read from it if None.
+    """Read a URDF and check its tree; see `read_xml` for the arguments.
 
     Raises:
         UrdfError: If the file cannot be read, is not a URDF, or its joints are not one tree of
@@ -93,60 +85,38 @@ def _check_tree(file: Path, robot: Robot) -> None:
     if not links:
         raise UrdfError(str(file), "no links", "links and joints in <robot>", "export it again")
     if len(links) > MAX_LINKS:
-        raise UrdfError(
-            str(file), f"{len(links)} links", f"at most {MAX_LINKS}", "merge links fixed together"
-        )
+        got, remedy = f"{len(links)} links", "merge links fixed together"
+        raise UrdfError(str(file), got, f"at most {MAX_LINKS}", remedy)
     parents: dict[str, Joint] = {}
     for joint in robot.joints:
         subject = f"{file}: joint '{joint.name}'"
         for end in (joint.parent, joint.child):
             if end not in links:
-                raise UrdfError(
-                    subject,
-                    f"link '{end}' does not exist",
-                    "a link of this file",
-                    "add it, or delete the joint",
-                )
+                got, remedy = f"link '{end}' does not exist", "add it, or delete the joint"
+                raise UrdfError(subject, got, "a link of this file", remedy)
         if joint.child in parents:
             other = parents[joint.child].name
-            raise UrdfError(
-                subject,
-                f"link '{joint.child}' is also the child of joint '{other}'",
-                "a tree: one parent for each link",
-                "remove one joint of the kinematic loop",
-            )
+            got = f"link '{joint.child}' is also the child of joint '{other}'"
+            remedy = "remove one joint of the kinematic loop"
+            raise UrdfError(subject, got, "a tree: one parent for each link", remedy)
         parents[joint.child] = joint
         if joint.type != "fixed":
             _check_motion(subject, joint)
     roots = sorted(links - parents.keys())
     if len(roots) > 1:
-        raise UrdfError(
-            str(file),
-            f"{len(roots)} root links ({', '.join(roots)})",
-            "exactly one link without a parent",
-            "connect them with fixed joints",
-        )
+        got = f"{len(roots)} root links ({', '.join(roots)})"
+        expected = "exactly one link without a parent"
+        raise UrdfError(str(file), got, expected, "connect them with fixed joints")
     for name in sorted(links - _carried_by(robot, roots)):
-        raise UrdfError(
-            f"{file}: link '{name}'",
-            "carried by a loop of joints, not by the root link",
-            "a tree",
-            "remove one joint of the loop",
-        )
+        got = "carried by a loop of joints, not by the root link"
+        raise UrdfError(f"{file}: link '{name}'", got, "a tree", "remove one joint of the loop")
 
 
 def _carried_by(robot: Robot, links: Iterable[str]) -> set[str]:
     """The named links and all links that they carry."""
-    below: dict[str, list[str]] = {}
-    for joint in robot.joints:
-        below.setdefault(joint.parent, []).append(joint.child)
-    carried: set[str] = set()
-    waiting = list(links)
-    while waiting:
-        link = waiting.pop()
-        if link not in carried:
-            carried.add(link)
-            waiting.extend(below.get(link, ()))
+    carried = set(links)
+    while below := {j.child for j in robot.joints if j.parent in carried} - carried:
+        carried |= below
     return carried
 
 
@@ -169,18 +139,69 @@ def _check_motion(subject: str, joint: Joint) -> None:
         raise UrdfError(subject, "the axis is zero", "a direction", remedy)
     lower, upper = position_limits(joint)
     if lower > upper:
-        raise UrdfError(
-            subject,
-            f"lower limit {lower:g} is above upper limit {upper:g}",
-            "lower <= upper (a missing limit is 0)",
-            "correct its <limit>",
-        )
-    for tag, names in (
-        (joint.limit, ("effort", "velocity")),
-        (joint.dynamics, ("damping", "friction")),
-    ):
-        for name in names:
+        got = f"lower limit {lower:g} is above upper limit {upper:g}"
+        expected = "lower <= upper (a missing limit is 0)"
+        raise UrdfError(subject, got, expected, "correct its <limit>")
+    for tag in (joint.limit, joint.dynamics):
+        for name in ("effort", "velocity", "damping", "friction"):
             value = float(getattr(tag, name, None) or 0.0)
             if value < 0:
                 remedy = "remove the minus sign"
                 raise UrdfError(subject, f"{name} is {value:g}", f"{name} >= 0", remedy)
+
+
+def lint(
+    description: RobotDescription, moving: set[str], coordinates: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Warnings about an unusual but usable URDF.
+
+    ``moving`` are the joints that move, ``coordinates`` those of them with their own coordinate.
+
+    Raises:
+        UrdfError: If a link that moves has an unphysical inertia.
+    """
+    robot = description.robot
+    carried = _carried_by(robot, (joint.child for joint in robot.joints if joint.name in moving))
+    moved = [link for link in robot.links if link.name in carried]
+    warnings = []
+    for link in robot.links:
+        defect = _inertia_defect(link)
+        if defect is not None:
+            if link in moved:
+                raise UrdfError(f"{description.file}: link '{link.name}'", *defect)
+            ignored = "ignored because the link does not move"
+            warnings.append(f"link '{link.name}': {defect[0]}; {ignored}")
+    for link in moved:
+        body = link.inertial
+        if body is not None and body.mass > 0 and not body.inertia.any():
+            warnings.append(f"link '{link.name}': no rotational inertia; taken as a point mass")
+        if body is not None and body.mass == 0 and body.inertia.any():
+            warnings.append(f"link '{link.name}': rotational inertia without mass")
+    for name in coordinates:
+        joint = description.moving_joints[name]
+        if joint.type != "continuous" and position_limits(joint)[0] == -np.inf:
+            warnings.append(f"joint '{name}': no position limits; taken as unlimited")
+        if joint.limit is None or not joint.limit.velocity:
+            warnings.append(f"joint '{name}': no velocity limit; taken as unlimited")
+    return tuple(warnings)
+
+
+def _inertia_defect(link: Link) -> tuple[str, str, str] | None:
+    """Why a link's inertia is unphysical: (got, expected, remedy), or None.
+
+    Mass m >= 0; the rotational inertia about the centre of mass has principal moments
+    0 <= a <= b <= c with a + b >= c (the triangle inequality of any real mass distribution).
+    """
+    if link.inertial is None:
+        return None
+    if link.inertial.mass < 0:
+        return f"mass is {link.inertial.mass:g} kg", "a mass >= 0", "correct <mass>"
+    a, b, c = np.linalg.eigvalsh(link.inertial.inertia)
+    slack = INERTIA_TOLERANCE * max(abs(a), abs(c)) + ROUNDING * link.inertial.mass
+    if a < -slack:
+        got = f"inertia is not positive definite (smallest eigenvalue {a:.3g} kg m^2)"
+        return got, "principal moments >= 0", "correct <inertia>"
+    if a < c - b - slack:
+        got = f"inertia violates the triangle inequality ({a:.3g} + {b:.3g} < {c:.3g} kg m^2)"
+        return got, "a tensor that a real body can have", "recompute <inertia> from the geometry"
+    return None

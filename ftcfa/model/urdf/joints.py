@@ -1,38 +1,30 @@
-"""Locked and mimic joints of a URDF as one linear map of the arm's coordinates.
+"""The arm's coordinates: locked and mimic joints as one linear map; home, limits and friction.
 
 Every moving joint j of the file follows q_j = a_j q_i + b_j for one coordinate i of the arm, or
 does not move and has the value b_j (a locked joint, or one that mimics a locked or fixed joint).
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import is_number, known_name
+from ftcfa.checks import is_number, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.urdf.catalogue import CatalogueEntry
-from ftcfa.model.urdf.coordinates import home_position
-from ftcfa.model.urdf.description import RobotDescription
+from ftcfa.model.urdf.description import RobotDescription, position_limits
 
 Locks = Mapping[str, float] | Iterable[str]
+EffortLimit = float | Sequence[float] | Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class JointRule:
-    """How one joint of the file follows the arm's coordinates.
+class JointRule(NamedTuple):
+    """How one joint of the file follows the arm's coordinates."""
 
-    Attributes:
-        leader: Name of the joint whose coordinate it follows (its own name if it is independent),
-            or None if it does not move.
-        multiplier: a_j.
-        offset: b_j [rad or m].
-    """
-
-    leader: str | None
-    multiplier: float
-    offset: float
+    leader: str | None  # joint whose coordinate it follows, maybe itself; None: it does not move
+    multiplier: float  # a_j
+    offset: float  # b_j [rad or m]
 
 
 def locked_joints(
@@ -46,10 +38,11 @@ def locked_joints(
         ParameterError: If ``lock`` or one of its values is of the wrong type.
     """
     locks: dict[str, float] = {}
+    joints = description.moving_joints
     if entry is not None and entry.joints:
-        independent = (j.name for j in description.moving_joints.values() if j.mimic is None)
-        locked = (name for name in independent if name not in entry.joints)
-        locks = {name: home_position(description, entry, name) for name in locked}
+        for name, joint in joints.items():
+            if joint.mimic is None and name not in entry.joints:
+                locks[name] = home_position(description, entry, name)
     if lock is None:
         return locks
     if not isinstance(lock, Iterable):
@@ -57,7 +50,11 @@ def locked_joints(
         raise ParameterError("lock", repr(lock), expected, field="lock")
     names = [lock] if isinstance(lock, str) else [str(name) for name in lock]
     for name in names:
-        _check_lockable(description, name)
+        known_name(f"{description.file}: moving joint", name, joints, field="lock")
+        if joints[name].mimic is not None:
+            got, expected = "a mimic joint cannot be locked", "an independent joint"
+            remedy = f"lock '{joints[name].mimic.joint}', which it mimics"
+            raise UrdfError(description.joint(name), got, expected, remedy, field="lock")
     if not isinstance(lock, Mapping):
         lock = {name: home_position(description, entry, name) for name in names}
     for name, value in lock.items():
@@ -67,26 +64,8 @@ def locked_joints(
     return locks | {name: float(value) for name, value in lock.items()}
 
 
-def _check_lockable(description: RobotDescription, name: str) -> None:
-    joints = description.moving_joints
-    known_name(f"{description.file}: moving joint", name, joints, field="lock")
-    mimic = joints[name].mimic
-    if mimic is not None:
-        raise UrdfError(
-            f"{description.file}: joint '{name}'",
-            "a mimic joint cannot be locked",
-            "an independent joint",
-            f"lock '{mimic.joint}', which it mimics",
-            field="lock",
-        )
-
-
 def joint_rules(description: RobotDescription, locks: Mapping[str, float]) -> dict[str, JointRule]:
-    """The rule of every moving joint of the file.
-
-    Args:
-        description: The URDF.
-        locks: Joint names and the values at which they are held [rad or m].
+    """The rule of every moving joint of the file, where ``locks`` hold some [rad or m].
 
     Raises:
         UrdfError: If a mimic tag names a joint that does not exist or leads to itself.
@@ -103,22 +82,16 @@ def joint_rules(description: RobotDescription, locks: Mapping[str, float]) -> di
                 return JointRule(name, multiplier, offset)
             if name in chain:
                 others = ", ".join(f"'{other}'" for other in chain[chain.index(name) + 1 :])
-                raise UrdfError(
-                    f"{description.file}: joint '{name}'",
-                    f"mimics itself through {others}" if others else "mimics itself",
-                    "mimic joints that lead to an independent joint",
-                    "correct its <mimic>",
-                )
+                got = f"mimics itself through {others}" if others else "mimics itself"
+                expected = "mimic joints that lead to an independent joint"
+                raise UrdfError(description.joint(name), got, expected, "correct its <mimic>")
             chain.append(name)
             multiplier, offset = multiplier * mimic.multiplier, offset + multiplier * mimic.offset
             name = mimic.joint
         if name not in joints and name not in fixed:
-            raise UrdfError(
-                f"{description.file}: joint '{chain[-1]}'",
-                f"mimics '{name}', which does not exist",
-                f"a joint of this file ({', '.join(joints)})",
-                "correct its <mimic>",
-            )
+            got = f"mimics '{name}', which does not exist"
+            expected = f"a joint of this file ({', '.join(joints)})"
+            raise UrdfError(description.joint(chain[-1]), got, expected, "correct its <mimic>")
         return JointRule(None, 0.0, offset + multiplier * locks.get(name, 0.0))
 
     return {name: rule(name) for name in joints}
@@ -134,3 +107,71 @@ def coordinate_map(
         if rule.leader is not None:
             G[row, coordinates.index(rule.leader)] = rule.multiplier
     return G, np.array([rules[joint].offset for joint in joints])
+
+
+def home_position(description: RobotDescription, entry: CatalogueEntry | None, joint: str) -> float:
+    """The catalogue's value, else zero, else the middle of a range that excludes zero."""
+    lower, upper = position_limits(description.moving_joints[joint])
+    fallback = 0.0 if lower <= 0.0 <= upper else (lower + upper) / 2
+    return entry.home.get(joint, fallback) if entry is not None else fallback
+
+
+def joint_limits(
+    description: RobotDescription, names: tuple[str, ...]
+) -> tuple[Array, Array, Array]:
+    """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none.
+
+    Raises:
+        UrdfError: If the lower and the upper limit of a joint are equal.
+    """
+    n = len(names)
+    lower, upper, velocity = np.empty(n), np.empty(n), np.full(n, np.inf)
+    for i, name in enumerate(names):
+        joint = description.moving_joints[name]
+        lower[i], upper[i] = position_limits(joint)
+        if lower[i] == upper[i]:
+            got = f"lower and upper limit are both {lower[i]:g}"
+            remedy = "widen it, or lock the joint"
+            raise UrdfError(description.joint(name), got, "a range to move in", remedy)
+        if joint.limit is not None and joint.limit.velocity:
+            velocity[i] = joint.limit.velocity
+    return lower, upper, velocity
+
+
+def effort_limits(
+    description: RobotDescription, names: tuple[str, ...], effort_limit: EffortLimit | None
+) -> Array:
+    """u*, shape (n,): the user's value where there is one, else the URDF's.
+
+    Raises:
+        UrdfError: If the URDF has no effort limit for a joint that needs it.
+        UnknownNameError, ParameterError, ShapeError: If ``effort_limit`` names an unknown joint,
+            or has a wrong value or shape.
+    """
+    if effort_limit is None or isinstance(effort_limit, Mapping):
+        by_name = dict(effort_limit or {})
+        for name in by_name:
+            known_name("effort_limit of joint", name, names, field="effort_limit")
+        effort_limit = [
+            by_name[name] if name in by_name else _urdf_effort(description, name) for name in names
+        ]
+    limits = vector("effort_limit", effort_limit, len(names), field="effort_limit")
+    if not np.all(limits > 0):
+        expected = "positive numbers [N m or N]"
+        raise ParameterError("effort_limit", f"{limits.tolist()}", expected, field="effort_limit")
+    return limits
+
+
+def _urdf_effort(description: RobotDescription, joint: str) -> float:
+    limit = description.moving_joints[joint].limit
+    if limit is None or not limit.effort:
+        got, expected = "effort limit missing or zero", "a positive effort"
+        remedy = 'write <limit effort="..."> or pass effort_limit'
+        raise UrdfError(description.joint(joint), got, expected, remedy)
+    return float(limit.effort)
+
+
+def joint_friction(description: RobotDescription, joints: Iterable[str], name: str) -> Array:
+    """``damping`` or ``friction`` of the named joints; zero where the URDF gives none."""
+    tags = [description.moving_joints[joint].dynamics for joint in joints]
+    return np.array([float(getattr(tag, name, None) or 0.0) for tag in tags])

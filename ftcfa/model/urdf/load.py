@@ -1,9 +1,13 @@
-"""`load_arm` makes an Arm of a name or a URDF file, or says in one sentence what is wrong."""
+"""`load_arm` makes an Arm of a name or a URDF file, or says in one sentence what is wrong.
+
+The source of an Arm holds the arguments that load it again, with its changes since.
+"""
 
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -14,18 +18,19 @@ from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
 from ftcfa.model.pinocchio_model import model_of_urdf
-from ftcfa.model.urdf.catalogue import CatalogueEntry
-from ftcfa.model.urdf.coordinates import (
+from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, locate
+from ftcfa.model.urdf.description import RobotDescription, lint, read_urdf
+from ftcfa.model.urdf.joints import (
     EffortLimit,
+    Locks,
+    coordinate_map,
     effort_limits,
     home_position,
     joint_friction,
     joint_limits,
+    joint_rules,
+    locked_joints,
 )
-from ftcfa.model.urdf.description import RobotDescription, read_urdf
-from ftcfa.model.urdf.joints import Locks, coordinate_map, joint_rules, locked_joints
-from ftcfa.model.urdf.lint import lint
-from ftcfa.model.urdf.locate import locate
 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
@@ -42,6 +47,8 @@ MOUNTINGS: Mapping[str, Array] = {
 }
 """Orientations of the base in the world; columns are the axes of the base. On a wall its z axis
 points along the world's x and its x axis downwards; on the ceiling it is turned by pi about x."""
+_as_loaded: WeakKeyDictionary[Arm, bool] = WeakKeyDictionary()
+"""Arms that were compared already."""
 
 
 def load_arm(
@@ -73,38 +80,44 @@ def load_arm(
         UnknownNameError: If the robot or a joint is unknown; the message lists the known ones.
         ParameterError, ShapeError: If an argument is of the wrong type, range or shape.
     """
-    entry, file = locate(robot, package_dirs)
-    with about("robot"):
-        description = read_urdf(file)
-    source = {"robot": str(robot if entry is not None else file.resolve())}
-    return _arm(description, entry, source, lock, gravity, effort_limit, mounting)
+    return arm_from_source(
+        robot, lock=lock, package_dirs=package_dirs, gravity=gravity, effort_limit=effort_limit,
+        mounting=mounting
+    )  # fmt: skip
 
 
-def arm_from_text(
-    urdf: str,
+def arm_from_source(
+    robot: str | os.PathLike[str],
     *,
-    robot: str = "robot.urdf",
+    urdf: str | None = None,
     lock: Locks | None = None,
+    package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
     mounting: Mounting = "floor",
+    inertias: npt.ArrayLike | None = None,
+    damping: npt.ArrayLike | None = None,
+    friction: npt.ArrayLike | None = None,
 ) -> Arm:
-    """Load an arm from the text of a URDF, such as the description of a loop contains.
+    """Load an arm like `load_arm`, or from a text, and replace the quantities that are given.
 
-    Args:
-        urdf: The text.
-        robot: Name of the file in messages.
-        lock: As in `load_arm`.
-        gravity: As in `load_arm`.
-        effort_limit: As in `load_arm`.
-        mounting: As in `load_arm`.
-
-    Raises:
-        UrdfError, UnknownNameError, ParameterError, ShapeError: As in `load_arm`.
+    The text of a URDF is ``urdf``; ``robot`` then is its name in messages. The quantities are
+    ``inertias`` (see `Arm.inertias`), ``damping`` and ``friction``. Raises what `load_arm` raises.
     """
-    description = read_urdf(Path(robot), urdf.encode())
-    source = {"urdf": urdf, "robot": robot}
-    return _arm(description, None, source, lock, gravity, effort_limit, mounting)
+    if urdf is not None:
+        entry, description = None, read_urdf(Path(robot), urdf.encode())
+        source = {"urdf": urdf, "robot": str(robot)}
+    else:
+        entry, file = locate(robot, package_dirs)
+        with about("robot"):
+            description = read_urdf(file)
+        source = {"robot": str(robot if entry is not None else file.resolve())}
+    arm = _arm(description, entry, source, lock, gravity, effort_limit, mounting)
+    if inertias is not None:
+        arm = arm.with_inertias(np.asarray(inertias, dtype=float))
+    if damping is None and friction is None:
+        return arm
+    return arm.with_joint_friction(damping, friction)
 
 
 def _arm(
@@ -156,7 +169,7 @@ def _arm(
             "mounting": turn.tolist(),
         },
     )
-    _refuse_singular(description.file, arm)
+    _refuse_singular(description, arm)
     return arm
 
 
@@ -185,7 +198,7 @@ def _mounting(mounting: Mounting) -> Array:
     return R
 
 
-def _refuse_singular(file: Path, arm: Arm) -> None:
+def _refuse_singular(description: RobotDescription, arm: Arm) -> None:
     """Raise UrdfError unless M is positive definite at home and at random postures."""
     rng = np.random.default_rng(0)
     postures = [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]
@@ -199,9 +212,30 @@ def _refuse_singular(file: Path, arm: Arm) -> None:
             joint = int(np.argmax(np.abs(vectors[:, 0])))
         else:
             joint = int(np.argmin(scale))
-        raise UrdfError(
-            f"{file}: joint '{arm.joint_names[joint]}'",
-            f"the mass matrix is singular at q = {np.round(q, 3).tolist()}",
-            "links with mass and inertia beyond every joint",
-            "give the links it moves an <inertial>, or lock the joint",
-        )
+        subject = description.joint(arm.joint_names[joint])
+        got = f"the mass matrix is singular at q = {np.round(q, 3).tolist()}"
+        expected = "links with mass and inertia beyond every joint"
+        remedy = "give the links it moves an <inertial>, or lock the joint"
+        raise UrdfError(subject, got, expected, remedy)
+
+
+def has_path(source: Mapping[str, Any]) -> bool:
+    """Whether a source has the path of a URDF instead of its text or a name of the catalogue."""
+    return "urdf" not in source and source["robot"] not in catalogue()
+
+
+def is_as_loaded(arm: Arm) -> bool:
+    """Whether the source of an arm gives the same arm, bit for bit, when it is loaded again."""
+    if arm.source is None:
+        return False
+    if has_path(arm.source) or arm not in _as_loaded:  # a file may change
+        again = _quantities(arm_from_source(**arm.source))
+        _as_loaded[arm] = all(map(np.array_equal, _quantities(arm), again))
+    return _as_loaded[arm]
+
+
+def _quantities(arm: Arm) -> list[Any]:
+    """Quantities that must be the same when an Arm is loaded again."""
+    tree = arm.tree()
+    own = (arm.G, arm.g0, arm.effort_limit, arm.damping, arm.friction, arm.inertias)
+    return [*own, tree.parents, tree.rotations, tree.translations, tree.axes, tree.gravity]

@@ -61,16 +61,12 @@ def _read_bytes(file: Path) -> bytes:
             text = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
         reason = (getattr(error, "strerror", None) or str(error)).lower().rstrip(".")
-        raise UrdfError(
-            str(file), reason, "a readable URDF file", "check the path and its permissions"
-        ) from error
+        remedy = "check the path and its permissions"
+        raise UrdfError(str(file), reason, "a readable URDF file", remedy) from error
     if len(text) > MAX_BYTES:
-        raise UrdfError(
-            str(file),
-            f"more than {MAX_BYTES // 2**20} MiB",
-            "the text of a URDF",
-            "give the URDF itself, not a mesh or an archive",
-        )
+        got = f"more than {MAX_BYTES // 2**20} MiB"
+        remedy = "give the URDF itself, not a mesh or an archive"
+        raise UrdfError(str(file), got, "the text of a URDF", remedy)
     return text
 
 
@@ -81,28 +77,18 @@ def _parse(file: Path, text: bytes) -> etree._Element:
     try:
         root = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
-        reason = shorten(error.msg, MAX_REASON)
-        raise UrdfError(
-            str(file), f"not XML ({reason})", "a URDF", "run `check_urdf` or export the file again"
-        ) from error
+        got, remedy = shorten(error.msg, MAX_REASON), "run `check_urdf` or export the file again"
+        raise UrdfError(str(file), f"not XML ({got})", "a URDF", remedy) from error
     if root.getroottree().docinfo.doctype:
-        raise UrdfError(
-            str(file),
-            "a DOCTYPE, which could expand or include entities",
-            "plain XML",
-            "delete the <!DOCTYPE ...> and replace its entities by their values",
-        )
+        got = "a DOCTYPE, which could expand or include entities"
+        remedy = "delete the <!DOCTYPE ...> and replace its entities by their values"
+        raise UrdfError(str(file), got, "plain XML", remedy)
     if root.tag != "robot":
-        raise UrdfError(
-            str(file),
-            f"the root element is <{root.tag}>",
-            "<robot>",
-            "convert the file to URDF, without a default namespace",
-        )
+        remedy = "convert the file to URDF, without a default namespace"
+        raise UrdfError(str(file), f"the root element is <{root.tag}>", "<robot>", remedy)
     if any("ros.org/wiki/xacro" in str(e.tag) for e in root.iter()):
-        raise UrdfError(
-            str(file), "xacro elements", "plain URDF", "run `xacro FILE > arm.urdf` first"
-        )
+        remedy = "run `xacro FILE > arm.urdf` first"
+        raise UrdfError(str(file), "xacro elements", "plain URDF", remedy)
     return root
 
 
@@ -128,9 +114,8 @@ def _check_elements(file: Path, root: etree._Element) -> None:
     for element in root:
         name = element.get("name")
         if not name:
-            raise UrdfError(
-                str(file), f"a <{element.tag}> without a name", f'<{element.tag} name="...">'
-            )
+            got, expected = f"a <{element.tag}> without a name", f'<{element.tag} name="...">'
+            raise UrdfError(str(file), got, expected)
         subject = f"{file}: {element.tag} '{name}'"
         if (element.tag, name) in seen:
             raise UrdfError(subject, "the name occurs twice", "unique names", "rename one of them")
@@ -138,14 +123,11 @@ def _check_elements(file: Path, root: etree._Element) -> None:
         if element.tag == "joint":
             _check_joint_element(subject, element)
         elif (inertial := element.find("inertial")) is not None:
+            remedy = "add it, or delete the <inertial> if the link is massless"
             for tag in ("mass", "inertia"):
                 if inertial.find(tag) is None:
-                    raise UrdfError(
-                        subject,
-                        f"<inertial> without <{tag}>",
-                        "<mass> and <inertia>",
-                        "add it, or delete the <inertial> if the link is massless",
-                    )
+                    got = f"<inertial> without <{tag}>"
+                    raise UrdfError(subject, got, "<mass> and <inertia>", remedy)
         for part in element.iter(*_NUMBERS, *_REQUIRED):
             _check_attributes(subject, part)
 
@@ -153,25 +135,21 @@ def _check_elements(file: Path, root: etree._Element) -> None:
 def _check_joint_element(subject: str, joint: etree._Element) -> None:
     kind = joint.get("type")
     if kind not in SUPPORTED_TYPES:
-        raise UrdfError(
-            subject,
-            f"joint type '{kind}' is not supported",
-            f"one of {', '.join(SUPPORTED_TYPES)}",
-            "model it with single-axis joints, or make it fixed",
-        )
+        got = f"joint type '{kind}' is not supported"
+        expected = f"one of {', '.join(SUPPORTED_TYPES)}"
+        remedy = "model it with single-axis joints, or make it fixed"
+        raise UrdfError(subject, got, expected, remedy)
     for tag in ("parent", "child"):
         if joint.find(tag) is None:
-            raise UrdfError(
-                subject, f'no <{tag} link="...">', "a parent and a child link", f"add the <{tag}>"
-            )
+            got, expected = f'no <{tag} link="...">', "a parent and a child link"
+            raise UrdfError(subject, got, expected, f"add the <{tag}>")
 
 
 def _check_attributes(subject: str, part: etree._Element) -> None:
     for attribute in _REQUIRED.get(part.tag, ()):
         if part.get(attribute) is None:
-            raise UrdfError(
-                subject, f"<{part.tag}> without '{attribute}'", f'<{part.tag} {attribute}="...">'
-            )
+            got = f"<{part.tag}> without '{attribute}'"
+            raise UrdfError(subject, got, f'<{part.tag} {attribute}="...">')
     for attribute, count in _NUMBERS.get(part.tag, {}).items():
         text = part.get(attribute)
         if text is None:
@@ -181,10 +159,7 @@ def _check_attributes(subject: str, part: etree._Element) -> None:
         except ValueError:
             numbers = []
         if len(numbers) != count or not np.all(np.isfinite(numbers)):
-            raise UrdfError(
-                subject,
-                f'<{part.tag} {attribute}="{text[:40]}">',
-                "a finite number" if count == 1 else f"{count} finite numbers",
-                "correct it, or delete it if it is optional",
-            )
+            got = f'<{part.tag} {attribute}="{text[:40]}">'
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            raise UrdfError(subject, got, expected, "correct it, or delete it if it is optional")
         part.set(attribute, " ".join(map(repr, numbers)))

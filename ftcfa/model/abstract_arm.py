@@ -1,0 +1,72 @@
+"""What an arm as numbers and its twin as symbols have in common: joints, limits, friction."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from ftcfa.arrays import Array, Traceable, solve_spd
+from ftcfa.errors import ShapeError
+
+FRICTION_VELOCITY = 1e-3
+"""Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class AbstractArm(ABC):
+    """The joints of an arm, for numbers and for symbols; `Arm` describes the fields."""
+
+    name: str
+    G: Array
+    joint_names: tuple[str, ...]
+    joint_types: tuple[str, ...]
+    lower: Array
+    upper: Array
+    velocity_limit: Array
+    effort_limit: Traceable
+    damping: Traceable
+    friction: Traceable
+    home: Array
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.joint_names)
+
+    @abstractmethod
+    def mass_matrix(self, q: Traceable) -> Traceable:
+        """M(q), symmetric positive definite, shape (n, n) [kg m^2 or kg]."""
+
+    @abstractmethod
+    def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
+        """C(q, v) v + h(q) + f(v), shape (n,) [N m or N]."""
+
+    def damping_matrix(self, v: Traceable) -> Traceable:
+        """D(v) of joint friction, symmetric positive semidefinite, shape (n, n).
+
+            D = G^T diag(damping + friction / sqrt(v_j^2 + e^2)) G,   v_j = G v
+
+        Coulomb friction is smoothed with e = FRICTION_VELOCITY: a joint that should stick creeps
+        at less than e.
+        """
+        v_joint = self._model_v(v)
+        coefficient = self.damping + self.friction / np.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
+        return (self.G.T * coefficient) @ self.G
+
+    def friction_force(self, v: Traceable) -> Traceable:
+        """f(v) = D(v) v: viscous and Coulomb friction of the URDF, shape (n,) [N m or N]."""
+        return self.damping_matrix(v) @ v
+
+    def forward_dynamics(self, q: Traceable, v: Traceable, tau: Traceable) -> Traceable:
+        """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
+        self._check_shape("tau", tau)
+        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+
+    def _model_v(self, v: Traceable) -> Traceable:
+        self._check_shape("v", v)
+        return self.G @ v
+
+    def _check_shape(self, symbol: str, x: Traceable) -> None:
+        shape = x.shape if hasattr(x, "shape") else np.shape(x)
+        if shape != (self.n,):
+            raise ShapeError(f"{symbol} of {self.name}", f"shape {shape}", f"shape ({self.n},)")
