@@ -22,7 +22,7 @@ from ftcfa.model.pinocchio_model import (
     kinematic_tree,
     with_body_inertias,
 )
-from ftcfa.parts import Parameter, Parameters, number_field, number_fields
+from ftcfa.parts import Parameter, Parameters, cached, number_field, number_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +155,7 @@ class Arm(AbstractArm):
 
     def __getstate__(self) -> dict[str, Any]:
         """State without Pinocchio's work space, which belongs to this object."""
-        own = self.__dict__.keys() - {"_data", "_frames", "_turning_base"}
-        return {key: self.__dict__[key] for key in own}
+        return {name: vars(self)[name] for name in vars(self).keys() - cached(self)}
 
     def _model_q(self, q: Array) -> Array:
         self._check_shape("q", q)

@@ -58,8 +58,7 @@ def with_body_inertias(model: pin.Model, inertias: Array) -> pin.Model:
             model.inertias[i] = pin.Inertia.FromDynamicParameters(row)
         else:  # Pinocchio's function divides by the mass
             xx, xy, yy, xz, yz, zz = row[4:]
-            I = symmetric(xx, yy, zz, xy, xz, yz)  # noqa: E741
-            model.inertias[i] = pin.Inertia(0.0, np.zeros(3), I)
+            model.inertias[i] = pin.Inertia(0.0, np.zeros(3), symmetric(xx, yy, zz, xy, xz, yz))
     return model
 
 

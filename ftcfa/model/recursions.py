@@ -166,8 +166,7 @@ def _regrouping(
     """
     N = len(tree.parents)
     parameters = ca.SX.sym("parameters", ENTRIES * N)
-    given = zip(bodies_of(parameters), turns, strict=True)
-    bodies = [body.turned(turn) for body, turn in given]
+    bodies = [body.turned(A) for body, A in zip(bodies_of(parameters), turns, strict=True)]
     for i in reversed(range(N)):
         p, R, r = placements[i]
         passed_on = bodies[i]

@@ -27,6 +27,7 @@ DEVIATES = 12
 """Number of deviates of a joint and its body: mass, centre (3), strains (3), shears (3), damping
 and Coulomb friction."""
 STRAIN_DEVIATIONS = [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]]
+"""Standard deviations of strains and shears for a spread of one."""
 FRICTION_DEVIATES = {"damping": 10, "friction": 11}
 CHUNK = 512
 """Number of robots drawn at once, which fit into the processor's cache."""

@@ -36,7 +36,7 @@ class RobotDescription:
     robot: Robot  # links and joints as yourdfpy's dataclasses
     root: etree._Element  # the XML tree, cut down to what dynamics needs
 
-    def joint(self, name: str) -> str:
+    def subject(self, name: str) -> str:
         """Subject of a message about a joint."""
         return f"{self.file}: joint '{name}'"
 

@@ -54,7 +54,7 @@ def locked_joints(
         if joints[name].mimic is not None:
             got, expected = "a mimic joint cannot be locked", "an independent joint"
             remedy = f"lock '{joints[name].mimic.joint}', which it mimics"
-            raise UrdfError(description.joint(name), got, expected, remedy, field="lock")
+            raise UrdfError(description.subject(name), got, expected, remedy, field="lock")
     if not isinstance(lock, Mapping):
         lock = {name: home_position(description, entry, name) for name in names}
     for name, value in lock.items():
@@ -84,14 +84,14 @@ def joint_rules(description: RobotDescription, locks: Mapping[str, float]) -> di
                 others = ", ".join(f"'{other}'" for other in chain[chain.index(name) + 1 :])
                 got = f"mimics itself through {others}" if others else "mimics itself"
                 expected = "mimic joints that lead to an independent joint"
-                raise UrdfError(description.joint(name), got, expected, "correct its <mimic>")
+                raise UrdfError(description.subject(name), got, expected, "correct its <mimic>")
             chain.append(name)
             multiplier, offset = multiplier * mimic.multiplier, offset + multiplier * mimic.offset
             name = mimic.joint
         if name not in joints and name not in fixed:
             got = f"mimics '{name}', which does not exist"
             expected = f"a joint of this file ({', '.join(joints)})"
-            raise UrdfError(description.joint(chain[-1]), got, expected, "correct its <mimic>")
+            raise UrdfError(description.subject(chain[-1]), got, expected, "correct its <mimic>")
         return JointRule(None, 0.0, offset + multiplier * locks.get(name, 0.0))
 
     return {name: rule(name) for name in joints}
@@ -124,15 +124,14 @@ def joint_limits(
     Raises:
         UrdfError: If the lower and the upper limit of a joint are equal.
     """
-    n = len(names)
-    lower, upper, velocity = np.empty(n), np.empty(n), np.full(n, np.inf)
+    lower, upper, velocity = np.full((3, len(names)), np.inf)
     for i, name in enumerate(names):
         joint = description.moving_joints[name]
         lower[i], upper[i] = position_limits(joint)
         if lower[i] == upper[i]:
             got = f"lower and upper limit are both {lower[i]:g}"
             remedy = "widen it, or lock the joint"
-            raise UrdfError(description.joint(name), got, "a range to move in", remedy)
+            raise UrdfError(description.subject(name), got, "a range to move in", remedy)
         if joint.limit is not None and joint.limit.velocity:
             velocity[i] = joint.limit.velocity
     return lower, upper, velocity
@@ -167,7 +166,7 @@ def _urdf_effort(description: RobotDescription, joint: str) -> float:
     if limit is None or not limit.effort:
         got, expected = "effort limit missing or zero", "a positive effort"
         remedy = 'write <limit effort="..."> or pass effort_limit'
-        raise UrdfError(description.joint(joint), got, expected, remedy)
+        raise UrdfError(description.subject(joint), got, expected, remedy)
     return float(limit.effort)
 
 

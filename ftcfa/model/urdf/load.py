@@ -201,8 +201,7 @@ def _mounting(mounting: Mounting) -> Array:
 def _refuse_singular(description: RobotDescription, arm: Arm) -> None:
     """Raise UrdfError unless M is positive definite at home and at random postures."""
     rng = np.random.default_rng(0)
-    postures = [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]
-    for q in postures:
+    for q in [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]:
         M = arm.mass_matrix(q)
         scale = np.sqrt(np.maximum(np.diag(M), 0.0))
         if np.all(scale > 0):
@@ -212,7 +211,7 @@ def _refuse_singular(description: RobotDescription, arm: Arm) -> None:
             joint = int(np.argmax(np.abs(vectors[:, 0])))
         else:
             joint = int(np.argmin(scale))
-        subject = description.joint(arm.joint_names[joint])
+        subject = description.subject(arm.joint_names[joint])
         got = f"the mass matrix is singular at q = {np.round(q, 3).tolist()}"
         expected = "links with mass and inertia beyond every joint"
         remedy = "give the links it moves an <inertial>, or lock the joint"

@@ -77,8 +77,9 @@ def _parse(file: Path, text: bytes) -> etree._Element:
     try:
         root = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
-        got, remedy = shorten(error.msg, MAX_REASON), "run `check_urdf` or export the file again"
-        raise UrdfError(str(file), f"not XML ({got})", "a URDF", remedy) from error
+        got = f"not XML ({shorten(error.msg, MAX_REASON)})"
+        remedy = "run `check_urdf` or export the file again"
+        raise UrdfError(str(file), got, "a URDF", remedy) from error
     if root.getroottree().docinfo.doctype:
         got = "a DOCTYPE, which could expand or include entities"
         remedy = "delete the <!DOCTYPE ...> and replace its entities by their values"
