@@ -74,8 +74,7 @@ def _normals(seed: int, path: int | Words, stream: int, step: Words, channels: i
     """A row of deviates for each of the steps, shape (rows, 1), of one path or one path a row."""
     pairs = (channels + 1) // 2
     pair = (np.uint64(stream) << np.uint64(32)) + np.arange(pairs, dtype=np.uint64)[None, :]
-    words = np.broadcast_arrays(step, pair)
-    a, b = threefry2x64((words[0], words[1]), (seed, path))
+    a, b = threefry2x64((step, pair), (seed, path))
     u = 2.0 - _in_one_two(a)
     angle = 2.0 * np.pi * (_in_one_two(b) - 1.0)
     radius = np.sqrt(-2.0 * np.log(u))
