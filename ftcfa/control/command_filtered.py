@@ -78,12 +78,7 @@ class CommandFilteredBackstepping(Law):
         return FilteredState(command_filter(self.filter).init(alpha), np.zeros_like(q), np.zeros(1))
 
     def step(
-        self,
-        state: FilteredState,
-        q: Traceable,
-        v: Traceable,
-        desired: Desired,
-        period: float,
+        self, state: FilteredState, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, FilteredState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
         g, theta = self.gains, state.theta

@@ -30,17 +30,7 @@ def quantities(n: int) -> int:
 
 
 def run_chunk(loop: ClosedLoop, plan: Plan, paths: range, threads: int | None = None) -> xr.Dataset:
-    """Run some paths and count them.
-
-    Args:
-        loop: The closed loop, as `Plan.observed` gives it.
-        plan: How the paths are run.
-        paths: Path numbers.
-        threads: Number of threads; by default all that this process may use.
-
-    Returns:
-        The Dataset of `count_chunk`.
-    """
+    """Run some paths of a loop, as `Plan.observed` gives it, and count them: see `count_chunk`."""
     return count_chunk(loop, plan, paths, simulate_chunk(loop, plan, paths, threads))
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from ftcfa.description.read import rebuild
-from ftcfa.description.write import describe, document
+from ftcfa.description.write import document
 from ftcfa.errors import FtcfaError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.study.chunk import run_chunk
@@ -44,14 +44,13 @@ def run_on_cluster(
     from distributed import as_completed
 
     loop_text = json.dumps(document(loop))
-    plan_text = json.dumps(describe(plan))
     _check_workers(client)
     queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed(loop=client.loop)
 
     def submit() -> None:
         threads = max(1, sum(client.ncores().values()))
         for number in islice(queue, max(0, AHEAD * threads - len(numbers))):
-            future = client.submit(_run_on_worker, loop_text, plan_text, number, paths, pure=False)
+            future = client.submit(_run_on_worker, loop_text, plan, number, paths, pure=False)
             numbers[future] = number
             pending.add(future)
 
@@ -72,9 +71,8 @@ def run_on_cluster(
 def _check_workers(client: Any) -> None:
     """Raise FtcfaError unless every worker has the same version of ftcfa."""
 
-    def installed() -> (
-        str | None
-    ):  # nested, so that it is pickled by value: a worker may lack ftcfa
+    # nested, so that it is pickled by value: a worker may lack ftcfa
+    def installed() -> str | None:
         from importlib.metadata import PackageNotFoundError, version
 
         try:
@@ -85,12 +83,9 @@ def _check_workers(client: Any) -> None:
     own = version("ftcfa")
     for worker, other in client.run(installed).items():
         if other != own:
-            raise FtcfaError(
-                f"worker {worker}",
-                "no ftcfa" if other is None else f"ftcfa {other}",
-                f"ftcfa {own} as here",
-                "install the same version for every worker",
-            )
+            got = "no ftcfa" if other is None else f"ftcfa {other}"
+            remedy = "install the same version for every worker"
+            raise FtcfaError(f"worker {worker}", got, f"ftcfa {own} as here", remedy)
 
 
 @contextmanager
@@ -102,19 +97,14 @@ def _cluster_errors() -> Iterator[None]:
     try:
         yield
     except (CancelledError, KilledWorker, CommClosedError, ImportError, OSError) as error:
+        remedy = "repair it and run again; with a store the run goes on where it was"
         raise FtcfaError(
-            "cluster",
-            f"broke down ({type(error).__name__})",
-            "",
-            "repair it and run again; with a store the run goes on where it was",
+            "cluster", f"broke down ({type(error).__name__})", remedy=remedy
         ) from error
 
 
-def _run_on_worker(loop_text: str, plan_text: str, number: int, paths: int) -> xr.Dataset:
+def _run_on_worker(loop_text: str, plan: Plan, number: int, paths: int) -> xr.Dataset:
     """Run a chunk on one thread of a worker."""
-    keywords = json.loads(plan_text)
-    keywords.pop("type")
-    plan = Plan(**keywords)
     loop = _loop_of_thread(loop_text, plan)
     return run_chunk(loop, plan, plan.paths_of(number, paths), 1)
 

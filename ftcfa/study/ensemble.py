@@ -93,12 +93,8 @@ def ensemble(
     for p in quantiles:
         probability("quantile", p)
     if client is not None and threads is not None:
-        raise ParameterError(
-            "threads",
-            "given together with client",
-            "one of them",
-            "leave threads out: the workers of the cluster have their own",
-        )
+        remedy = "leave threads out: the workers of the cluster have their own"
+        raise ParameterError("threads", "given together with client", "one of them", remedy)
     whole = path_numbers(trajectories)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
     times = len(plan.times(loop))
@@ -154,13 +150,7 @@ class _Bookkeeper:
         self._pool.shutdown()
 
     def take(self, number: int, count: Callable[[], xr.Dataset], keep: bool) -> None:
-        """Take over a chunk, once the one before is done.
-
-        Args:
-            number: Number of the chunk.
-            count: Function that returns its Dataset.
-            keep: Whether to store it.
-        """
+        """Take over a chunk, which ``count`` returns, once the one before is done."""
         self.settle()
         self._pending = self._pool.submit(self._enter, number, count, keep)
 

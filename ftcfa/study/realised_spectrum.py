@@ -79,24 +79,21 @@ def estimate_spectrum(values: Array, step: float, resolution: float) -> Spectrum
         raise ShapeError("realised values", f"shape {values.shape}", "(steps, channels)")
     length = round(1.0 / (resolution * step))
     if not SHORTEST <= length <= len(values):
-        raise ParameterError(
-            "resolution",
-            f"{resolution:g} Hz, segments of {length} steps",
-            f"segments of {SHORTEST} to {len(values)} steps",
-        )
+        got = f"{resolution:g} Hz, segments of {length} steps"
+        expected = f"segments of {SHORTEST} to {len(values)} steps"
+        raise ParameterError("resolution", got, expected)
     overlap = int(OVERLAP * length)
     window = signal.get_window("hann", length)
     f, averaged = signal.welch(values, 1.0 / step, window, noverlap=overlap, detrend=False, axis=0)
     inside = (f > 0) & (f < 0.5 / step)
-    f = f[inside]
+    f, densities = f[inside], averaged[inside] / np.sinc(f[inside] * step)[:, None] ** 2
     segments = (len(values) - overlap) // (length - overlap)
-    return SpectrumEstimate(
-        f,
-        averaged[inside] / np.sinc(f * step)[:, None] ** 2,
-        np.sqrt(np.mean(values**2, axis=0)),
-        segments,
-        _standard_error(window, length - overlap, segments),
-    )
+    error = _standard_error(window, length - overlap, segments)
+    return SpectrumEstimate(f, densities, _rms(values), segments, error)
+
+
+def _rms(values: Array) -> Array:
+    return np.sqrt(np.mean(values**2, axis=0))
 
 
 def _standard_error(window: Array, distance: int, segments: int) -> float:
@@ -147,30 +144,17 @@ def realise_standard(standard: Standard, seed: int = 0) -> RealisedStandard:
     resolution = (spectrum.band[1] - spectrum.band[0]) / lines
     quarters = np.ceil(STEPS_PER_PERIOD * spectrum.band[1] / resolution * (1.0 - OVERLAP))
     step = (1.0 - OVERLAP) / (resolution * float(quarters))  # segments begin at whole steps
-    noise, tones = ShapedNoise(standard), RandomPhase(standard, lines)
+    noise = ShapedNoise(standard)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         (fit,) = noise.fits
     duration = LENGTHS / resolution
     shaped = estimate_spectrum(realise(noise, 1, duration, step, seed=seed), step, resolution)
-    values = realise(tones, 1, PERIODS / resolution, step, seed=seed)
-    return RealisedStandard(
-        standard,
-        fit,
-        step,
-        duration,
-        seed,
-        shaped,
-        lines,
-        _estimate_lines(values, step, resolution),
-    )
-
-
-def _estimate_lines(values: Array, step: float, resolution: float) -> SpectrumEstimate:
-    """Spectrum of whole periods of lines; segments begin equally often at each phase."""
-    last = round((1.0 - OVERLAP) / (resolution * step))
+    values = realise(RandomPhase(standard, lines), 1, PERIODS / resolution, step, seed=seed)
+    last = round((1.0 - OVERLAP) / (resolution * step))  # so segments begin at each phase alike
     estimate = estimate_spectrum(values[:-last], step, resolution)
-    return replace(estimate, rms=np.sqrt(np.mean(values**2, axis=0)))
+    tones = replace(estimate, rms=_rms(values))
+    return RealisedStandard(standard, fit, step, duration, seed, shaped, lines, tones)
 
 
 def _lines(spectrum: Spectrum) -> int:

@@ -90,12 +90,9 @@ class Store:
 
     def other_experiment(self, reason: str) -> ParameterError:
         """The error to raise where the store holds another experiment."""
-        return ParameterError(
-            str(self.path),
-            f"a store of another experiment ({reason})",
-            "the store of this experiment",
-            "choose another folder, or run the same experiment",
-        )
+        got = f"a store of another experiment ({reason})"
+        remedy = "choose another folder, or run the same experiment"
+        return ParameterError(str(self.path), got, "the store of this experiment", remedy)
 
     def _locked(self) -> BinaryIO:
         """The lock of the store, held until the file is closed."""
@@ -105,12 +102,9 @@ class Store:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
                 file.close()
-                raise FtcfaError(
-                    str(self.path),
-                    "another process is writing to it",
-                    "",
-                    "wait until that process has ended, or choose another folder",
-                ) from error
+                remedy = "wait until that process has ended, or choose another folder"
+                got = "another process is writing to it"
+                raise FtcfaError(str(self.path), got, remedy=remedy) from error
         return file
 
     def _tidy(self) -> None:
@@ -169,12 +163,9 @@ class Store:
             yield
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
-            raise FtcfaError(
-                str(self.path),
-                f"cannot be written ({reason})",
-                "",
-                "the stored chunks are whole: remove the cause and run again to go on",
-            ) from error
+            got = f"cannot be written ({reason})"
+            remedy = "the stored chunks are whole: remove the cause and run again to go on"
+            raise FtcfaError(str(self.path), got, remedy=remedy) from error
 
 
 def _is_empty(folder: Path) -> bool:

@@ -116,11 +116,9 @@ def replay(
         try:
             loop = rebuild(ClosedLoop, json.loads(attrs["experiment"]), "experiment", Path())
         except ExperimentError as error:
-            raise ParameterError(
-                "replay",
-                "a Dataset that does not describe its whole loop",
-                remedy="give loop=, the loop that ran",
-            ) from error
+            got = "a Dataset that does not describe its whole loop"
+            remedy = "give loop=, the loop that ran"
+            raise ParameterError("replay", got, remedy=remedy) from error
     duration, seed = attrs["duration"], int(attrs["seed"])
     return simulate(loop, duration, seed=seed, path=path, signals="all", engine=engine)
 
@@ -168,14 +166,7 @@ def settled_in_mean_square(dataset: xr.Dataset, epsilon: float) -> float:
 def _over_time(
     loop: ClosedLoop, statistic: str, dims: tuple[str, ...], values: Array
 ) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
-    """Variables of a statistic over time.
-
-    Args:
-        loop: The closed loop.
-        statistic: Its name, such as ``"mean_square"``.
-        dims: Leading dimensions of its values.
-        values: Values, shape (..., time, quantity).
-    """
+    """Variables of a statistic over time; its values have the shape (*dims, time, quantity)."""
     phrase = statistic.removesuffix(NOT_DIVERGED).replace("_", " ")
     paths = " over the paths that have not diverged" if statistic.endswith(NOT_DIVERGED) else ""
 
@@ -189,9 +180,6 @@ def _over_time(
     variables = {f"ote_{statistic}": ((*dims, "time"), ote[..., 0], overall)}
     for name, part in zip(PER_JOINT, joints, strict=True):
         unit, meaning = LOOP_QUANTITIES.get(name, TRACKING_ERROR)
-        variables[f"{name}_{statistic}"] = (
-            (*dims, "time", "joint"),
-            part,
-            label(unit, meaning, True),
-        )
+        labels = label(unit, meaning, True)
+        variables[f"{name}_{statistic}"] = ((*dims, "time", "joint"), part, labels)
     return variables

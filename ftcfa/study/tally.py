@@ -47,7 +47,8 @@ class Tally:
     """
 
     def __init__(self, times: int, n: int) -> None:
-        self._sketch = QuantileSketch.empty((times, quantities(n)))
+        self.sketch = QuantileSketch.empty((times, quantities(n)))
+        """Quantiles over time, entries (time, quantity)."""
         self._moments = PairwiseMoments()
         self._per_path: dict[int, dict[str, Array]] = {}
         self.paths = 0
@@ -55,17 +56,12 @@ class Tally:
 
     def add(self, number: int, chunk: xr.Dataset) -> None:
         """Add a chunk."""
-        counts = self._sketch.counts.reshape(-1)
+        counts = self.sketch.counts.reshape(-1)
         counts[chunk["filled"].values] += chunk["count"].values
         self._moments.add(number, moments_of(chunk["moments"].values))
         names = [name for name, rows in chunk.variables.items() if "path" in rows.dims]
         self._per_path[number] = {str(name): chunk[name].values.copy() for name in names}
         self.paths += chunk.sizes["path"]
-
-    @property
-    def sketch(self) -> QuantileSketch:
-        """Quantiles over time, entries (time, quantity)."""
-        return self._sketch
 
     @property
     def moments(self) -> tuple[Moments, Moments]:

@@ -4,7 +4,7 @@ Paths are run and judged in their order until a sequential test decides
 (`ftcfa.statistics.sequential_test`), so the answer does not depend on how many are run at once.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, cast
 
@@ -12,15 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import (
-    Check,
-    counting,
-    natural,
-    positive,
-    positive_numbers,
-    probability,
-    vector,
-)
+from ftcfa.checks import Check, counting, natural, positive, positive_numbers, probability, vector
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -35,11 +27,7 @@ CHUNK = 256
 """Number of paths that are run between two looks."""
 WORST = 5
 """Number of the worst paths that are listed."""
-REASONS = {
-    "late_peak_error": "error",
-    "peak_torque": "torque",
-    "peak_torque_rate": "torque rate",
-}
+REASONS = {"late_peak_error": "error", "peak_torque": "torque", "peak_torque_rate": "torque rate"}
 """Name of each limited metric in the reasons of `WorstPath`."""
 
 
@@ -76,12 +64,8 @@ class Specification(Part):
     def check(self, loop: ClosedLoop, duration: float) -> None:
         """Raise ParameterError or ShapeError unless the specification suits runs of a loop."""
         if not self.within < duration:
-            raise ParameterError(
-                "Specification within",
-                f"{self.within:g} s",
-                f"less than the duration of {duration:g} s",
-                field="within",
-            )
+            got, expected = f"{self.within:g} s", f"less than the duration of {duration:g} s"
+            raise ParameterError("Specification within", got, expected, field="within")
         self.limits(loop.arm.n)
 
     def limits(self, n: int) -> dict[str, Array]:
@@ -175,7 +159,8 @@ def verify(
     excess, diverged_at = np.zeros((len(limits), 0)), np.zeros(0)
     verification: Verification | None = None
     try:
-        for paths in _chunks(specification.budget):
+        for start in range(0, specification.budget, CHUNK):
+            paths = np.arange(start, min(start + CHUNK, specification.budget), dtype=np.uint64)
             run = run_paths(observed, samples, samples, seed, paths, ["u"], {}, threads)
             part = _excess(metrics.results(run.paths.observed, loop.period), limits)
             excess = np.concatenate([excess, part], axis=1)
@@ -202,11 +187,6 @@ def _verification(
     return Verification(verdict.answer, verdict, fixed, worst, seed, specification)
 
 
-def _chunks(budget: int) -> Iterator[npt.NDArray[np.uint64]]:
-    for start in range(0, budget, CHUNK):
-        yield np.arange(start, min(start + CHUNK, budget), dtype=np.uint64)
-
-
 def _excess(metrics: Mapping[str, Array], limits: Mapping[str, Array]) -> Array:
     """Metrics over their limits, the worst joint's, shape (limits, paths); inf where diverged."""
     rows = [
@@ -220,13 +200,8 @@ def _worst(excess: Array, diverged_at: Array, names: Sequence[str]) -> tuple[Wor
     """The paths that exceeded a limit most, the worst first."""
     largest = np.max(excess, axis=0)
     order = np.argsort(-largest, kind="stable")[:WORST]
-    return tuple(
-        WorstPath(
-            int(path), _reason(excess[:, path], diverged_at[path], names), float(largest[path])
-        )
-        for path in order
-        if largest[path] > 1.0
-    )
+    reasons = {k: _reason(excess[:, k], diverged_at[k], names) for k in order if largest[k] > 1.0}
+    return tuple(WorstPath(int(k), why, float(largest[k])) for k, why in reasons.items())
 
 
 def _reason(excess: Array, diverged_at: float, names: Sequence[str]) -> str:

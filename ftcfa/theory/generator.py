@@ -104,11 +104,7 @@ class Generator:
     function: ca.Function
 
     def at(
-        self,
-        states: npt.ArrayLike,
-        desired: npt.ArrayLike,
-        theta: float = 0.0,
-        weight: float = 1.0,
+        self, states: npt.ArrayLike, desired: npt.ArrayLike, theta: float = 0.0, weight: float = 1.0
     ) -> LyapunovValues:
         """Values at given states.
 

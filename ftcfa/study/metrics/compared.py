@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
+from ftcfa.study.metrics.table import METRICS
 
 
 class ComparedMetric(NamedTuple):
@@ -20,14 +21,18 @@ class ComparedMetric(NamedTuple):
     """(Dataset of an ensemble, effort limit of each joint) -> values, shape (paths,)."""
     column: str = ""
     """Heading of its column in tables; without one, it has none."""
-    percent: bool = False
-    """Whether tables show it in per cent."""
     binary: bool = False
     """Whether it is 0 or 1 for each path, so that its mean is a share of paths."""
 
+    @property
+    def percent(self) -> bool:
+        """Whether tables show it in per cent: it has no unit."""
+        return self.unit == "1"
 
-def _settling_time(run: xr.Dataset, _: Array) -> Array:
-    return np.minimum(run["settling_time"].values, run.attrs["duration"])
+
+def _unchanged(name: str) -> Callable[[xr.Dataset, Array], Array]:
+    """A metric of the ensemble as it is."""
+    return lambda run, _: run[name].values
 
 
 def _over_limit(name: str) -> Callable[[xr.Dataset, Array], Array]:
@@ -35,33 +40,37 @@ def _over_limit(name: str) -> Callable[[xr.Dataset, Array], Array]:
     return lambda run, limit: np.sqrt(np.mean((run[name].values / limit) ** 2, axis=1))
 
 
+def _settling_time(run: xr.Dataset, _: Array) -> Array:
+    return np.minimum(run["settling_time"].values, run.attrs["duration"])
+
+
+def _late_mean_square_error(run: xr.Dataset, _: Array) -> Array:
+    return run["late_rms_error"].values ** 2
+
+
+def _unsettled(run: xr.Dataset, _: Array) -> Array:
+    return 1.0 - np.isfinite(run["settling_time"].values)
+
+
+def _diverged(run: xr.Dataset, _: Array) -> Array:
+    return 1.0 * np.isfinite(run["diverged_at"].values)
+
+
 COMPARED: dict[str, ComparedMetric] = {
     "settling_time": ComparedMetric(
         "s", "time to settle, the duration where that never happens", _settling_time, "settle"
     ),
     "late_rms_error": ComparedMetric(
-        "rad",
-        "rms of |q - q_d| late in the run",
-        lambda run, _: run["late_rms_error"].values,
-        "rms",
+        "rad", "rms of |q - q_d| late in the run", _unchanged("late_rms_error"), "rms"
     ),
     "late_peak_error": ComparedMetric(
-        "rad",
-        "largest |q - q_d| late in the run",
-        lambda run, _: run["late_peak_error"].values,
-        "peak",
+        "rad", "largest |q - q_d| late in the run", _unchanged("late_peak_error"), "peak"
     ),
     "late_mean_square_error": ComparedMetric(
-        "rad^2",
-        "mean of |q - q_d|^2 late in the run",
-        lambda run, _: run["late_rms_error"].values ** 2,
+        "rad^2", "mean of |q - q_d|^2 late in the run", _late_mean_square_error
     ),
     "effort": ComparedMetric(
-        "1",
-        "rms torque over its limit, rms over the joints",
-        _over_limit("rms_torque"),
-        "effort",
-        percent=True,
+        "1", "rms torque over its limit, rms over the joints", _over_limit("rms_torque"), "effort"
     ),
     "torque_rate": ComparedMetric(
         "1/s",
@@ -70,30 +79,14 @@ COMPARED: dict[str, ComparedMetric] = {
         "rate",
     ),
     "saturated": ComparedMetric(
-        "1",
-        "share of samples at which the controller requests more than the limit of some joint",
-        lambda run, _: run["saturated"].values,
-        "satur.",
-        percent=True,
+        "1", METRICS["saturated"].meaning, _unchanged("saturated"), "satur."
     ),
     "unsettled": ComparedMetric(
-        "1",
-        "1 for a path that does not settle, or diverges",
-        lambda run, _: 1.0 - np.isfinite(run["settling_time"].values),
-        "unsettled",
-        percent=True,
-        binary=True,
+        "1", "1 for a path that does not settle, or diverges", _unsettled, "unsettled", binary=True
     ),
     "diverged": ComparedMetric(
-        "1",
-        "1 for a path that diverges",
-        lambda run, _: 1.0 * np.isfinite(run["diverged_at"].values),
-        "diverged",
-        percent=True,
-        binary=True,
+        "1", "1 for a path that diverges", _diverged, "diverged", binary=True
     ),
-    "energy": ComparedMetric(
-        "J", "time integral of |u v|, summed over the joints", lambda run, _: run["energy"].values
-    ),
+    "energy": ComparedMetric("J", METRICS["energy"].meaning, _unchanged("energy")),
 }
 """Metrics by which loops are compared, by name, in the order of tables."""
