@@ -38,8 +38,10 @@ KINDS: Mapping[Any, Kind] = {
     npt.ArrayLike: Kind("numbers", (float, int, list, str)),
     Sequence[str]: Kind("a text or an array", (str, list)),
     tuple: ARRAY,
+    list: ARRAY,
     Sequence: ARRAY,
     Iterable: ARRAY,
+    dict: TABLE,
     Mapping: TABLE,
 }
 """Types, and origins of types, that data fits."""
@@ -89,9 +91,12 @@ def choices(hint: Any) -> tuple[type, ...]:
 
 def element(hint: Any) -> Any:
     """The hint of an entry of a sequence or mapping, None if the hint allows neither."""
-    entries = (get_args(one)[-1 if kind(one) is TABLE else 0] for one in alternatives(hint)
-               if get_origin(one) in (tuple, Sequence, Iterable, Mapping))  # fmt: skip
-    return next(entries, None)
+    for one in alternatives(hint):
+        if get_origin(one) in (tuple, list, Sequence, Iterable):
+            return get_args(one)[0]
+        if get_origin(one) in (dict, Mapping):
+            return get_args(one)[1]
+    return None
 
 
 def expected(hint: Any) -> str:

@@ -137,8 +137,8 @@ class Reader:
         parts = {part.__name__: part for part in choices(hint)}
         if not parts:
             return mapping_structure_factory(one, self.converter)(data, one)
-        obvious = "Arm" if Arm in parts.values() else "" if len(parts) > 1 else next(iter(parts))
-        name = data.get("type", obvious or MISSING)
+        obvious = (name for name, part in parts.items() if part is Arm or len(parts) == 1)
+        name = data.get("type", next(obvious, MISSING))
         if not isinstance(name, str) or name not in parts:
             raise UnknownNameError("", name, parts, field="type")
         return self.part(data, maker(parts[name], data))

@@ -90,6 +90,8 @@ class Goal:
     """Settings that a later version might add."""
 
     share: float = 0.9
+    limits: dict[str, float] = dataclasses.field(default_factory=dict)
+    names: list[str] = dataclasses.field(default_factory=list)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -100,8 +102,10 @@ class Richer(Experiment):
 
 
 def test_a_new_field_needs_no_more_than_its_type():
-    made = Richer.from_text(FILE.replace("[arm]", "[goal]\nshare = 0.5\n[arm]"))
-    assert made.goal == Goal(0.5)
-    assert Richer.from_text(made.to_text()).goal == Goal(0.5)
+    made = Richer.from_text(
+        FILE.replace("[arm]", "[goal]\nshare = 0.5\nlimits = { a = 1 }\nnames = ['b']\n[arm]")
+    )
+    assert made.goal == Goal(0.5, {"a": 1.0}, ("b",))
+    assert Richer.from_text(made.to_text()).goal == made.goal
     with pytest.raises(ExperimentError, match=r"\[goal\] share: 'x', expected a number"):
         Richer.from_text(FILE.replace("[arm]", "[goal]\nshare = 'x'\n[arm]"))
