@@ -43,12 +43,11 @@ from .study.verification import Specification, Verification, verify
 from .theory.bounds import bounds
 from .theory.inertia_split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .theory.theorem1 import Bounds
-from .vibration.excitation import Superposition
+from .vibration.excitation import Stacked, Superposition
 from .vibration.excitations.harmonic import Harmonic
 from .vibration.excitations.random_phase import RandomPhase
 from .vibration.excitations.recorded import RecordedAcceleration
 from .vibration.excitations.shaped_noise import ShapedNoise
-from .vibration.excitations.stacked import Stacked
 from .vibration.excitations.sweep import SineSweep
 from .vibration.excitations.white_noise import WhiteNoise
 from .vibration.inputs.base_motion import BaseMotion

@@ -52,7 +52,7 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
         "ftcfa.vibration.excitations.harmonic:Harmonic",
         "ftcfa.vibration.excitations.sweep:SineSweep",
         "ftcfa.vibration.excitation:Superposition",
-        "ftcfa.vibration.excitations.stacked:Stacked",
+        "ftcfa.vibration.excitation:Stacked",
     ),
 }
 """The parts that implement each protocol; a new part is one more line."""

@@ -48,12 +48,9 @@ def read_columns(path: Path, times: bool) -> Columns:
     bad = np.argwhere(~np.isfinite(table.values))
     if len(bad):
         sample, column = bad[0]
-        raise ParameterError(
-            f"{path}: row {table.rows[sample]}, column {column + 1}",
-            f"{table.values[sample, column]}",
-            "a finite number",
-            "cut the record there or fill the gap knowingly",
-        )
+        subject = f"{path}: row {table.rows[sample]}, column {column + 1}"
+        got, remedy = f"{table.values[sample, column]}", "cut the record there or fill the gap"
+        raise ParameterError(subject, got, "a finite number", f"{remedy} knowingly")
     return table
 
 

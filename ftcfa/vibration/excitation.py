@@ -1,4 +1,7 @@
-"""Excitations xi of the surroundings, and the sum of several; the loop takes their integrals."""
+"""Excitations xi of the surroundings, their sums, and several side by side.
+
+The loop takes their integrals over its steps.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
@@ -10,12 +13,16 @@ from typing import Annotated, Any
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check
-from ftcfa.errors import ParameterError
+from ftcfa.checks import Check, counting
+from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
 
-EACH = "give one for each channel of the noise input, or choose fewer of its axes"
-"""Remedy where an excitation has not as many channels as the noise input."""
+
+def check_channels(subject: str, got: int, channels: int, *, word: str = "channels") -> None:
+    """Raise ShapeError unless an excitation has as many channels as the noise input."""
+    if got != channels:
+        remedy = "give one for each channel of the noise input, or choose fewer of its axes"
+        raise ShapeError(subject, f"{got} {word}", f"{channels} channels", remedy)
 
 
 class Process(ABC):
@@ -44,7 +51,7 @@ class Process(ABC):
         """Whether each path begins at a row of its own."""
         return False
 
-    def init(self, normals: Traceable) -> Any:  # noqa: ARG002
+    def init(self, normals: Traceable) -> Any:
         """State before the first step: arrays in tuples, from ``initial_normals`` deviates."""
         return ()
 
@@ -58,11 +65,11 @@ class Process(ABC):
             row: The step's row, shape (columns,).
         """
 
-    def why_no_integrals(self, channel: int) -> str:  # noqa: ARG002
+    def why_no_integrals(self, channel: int) -> str:
         """Reason why a channel lacks `integrals` and cannot turn a base; "" if it has both."""
         return "an excitation that gives no integrals"
 
-    def integrals(self, state: Any, row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
+    def integrals(self, state: Any, row: Traceable) -> tuple[Traceable, Traceable]:
         """Stationary integrals W of xi and U of W at the start of a step, shape (m,) each.
 
             W_{k+1} = W_k + Y_k,   U_{k+1} = U_k + integral of W over step k
@@ -133,33 +140,79 @@ class Superposition(Excitation):
         flat = [p.parts if isinstance(p, Superposition) else (p,) for p in parts]
         object.__setattr__(self, "parts", tuple(part for some in flat for part in some))
 
-    def process(self, channels: int, step: float) -> "SummedProcess":
+    def process(self, channels: int, step: float) -> "JointProcess":
         """See `Excitation.process`; at most one part may have rows."""
-        return SummedProcess(tuple(part.process(channels, step) for part in self.parts))
+        return JointProcess(tuple(part.process(channels, step) for part in self.parts))
+
+
+def check_shares(subject: str, channels: int | Sequence[int]) -> None:
+    """Raise ParameterError unless every number of channels is one or more."""
+    for count in channels if isinstance(channels, Sequence) else (channels,):
+        counting(subject, count)
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked(Excitation):
+    """Independent excitations for different channels of one noise input.
+
+    ``Vibration(BaseAcceleration("xyz"), Stacked((WhiteNoise(0.1), record), (2, 1)))`` shakes x
+    and y by white noise and z by a record.
+
+    Attributes:
+        parts: One excitation or more, in the order of the channels.
+        channels: Number of channels of each part; a single number holds for all parts.
+
+    Raises:
+        ParameterError: If a part is no excitation, or has no channel.
+        ShapeError: If there are not as many numbers as parts.
+    """
+
+    parts: Annotated[Sequence[Excitation], Check(checked_parts)]
+    channels: Annotated[int | Sequence[int], Check(check_shares)] = 1
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "parts", checked_parts("Stacked parts", self.parts))
+        if len(self.shares) != len(self.parts):
+            got = f"{len(self.shares)} numbers"
+            raise ShapeError("Stacked channels", got, f"{len(self.parts)} parts", field="channels")
+
+    @property
+    def shares(self) -> tuple[int, ...]:
+        """Number of channels of each part."""
+        if isinstance(self.channels, Sequence):
+            return tuple(self.channels)
+        return (self.channels,) * len(self.parts)
+
+    def process(self, channels: int, step: float) -> "JointProcess":
+        """See `Excitation.process`; at most one part may have rows."""
+        check_channels("Stacked", sum(self.shares), channels)
+        pairs = zip(self.parts, self.shares, strict=True)
+        return JointProcess(tuple(part.process(m, step) for part, m in pairs), self.shares)
 
 
 @dataclass(frozen=True, eq=False)
 class JointProcess(Process):
-    """Independent processes side by side: states in a tuple, deviates one after the other.
+    """Independent processes, added up or side by side.
+
+    Their states are in a tuple, their deviates one after the other.
 
     Attributes:
         parts: The processes.
+        shares: Number of channels of each, side by side; empty for the sum of all.
 
     Raises:
         ParameterError: If more than one of them has rows.
     """
 
     parts: tuple[Process, ...]
+    shares: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         tables = sum(part.rows.shape[1] > 0 for part in self.parts)
         if tables > 1:
-            raise ParameterError(
-                "excitation",
-                f"{tables} records among its parts",
-                "at most one",
-                "add their values, or make them axes of one Record",
-            )
+            got, remedy = f"{tables} records among its parts", "add their values, or make them axes"
+            raise ParameterError("excitation", got, "at most one", f"{remedy} of one Record")
 
     @property
     def normals(self) -> int:
@@ -183,49 +236,40 @@ class JointProcess(Process):
 
     def init(self, normals: Traceable) -> tuple[Any, ...]:
         """States of all parts."""
-        shares = _shares(normals, [part.initial_normals for part in self.parts])
+        shares = _split(normals, [part.initial_normals for part in self.parts])
         return tuple(part.init(own) for part, own in zip(self.parts, shares, strict=True))
-
-    def advance_parts(
-        self, state: tuple[Any, ...], normals: Traceable, row: Traceable
-    ) -> tuple[list[Traceable], tuple[Any, ...]]:
-        """Integrals of all parts over one step, and their states at its end."""
-        shares = _shares(normals, [part.normals for part in self.parts])
-        steps = [
-            part.advance(own, share, row)
-            for part, own, share in zip(self.parts, state, shares, strict=True)
-        ]
-        return [Y for Y, _ in steps], tuple(after for _, after in steps)
-
-    def integrals_of_parts(
-        self, state: tuple[Any, ...], row: Traceable
-    ) -> tuple[list[Traceable], list[Traceable]]:
-        """Stationary integrals W and U of all parts."""
-        both = [part.integrals(own, row) for part, own in zip(self.parts, state, strict=True)]
-        return [W for W, _ in both], [U for _, U in both]
-
-
-class SummedProcess(JointProcess):
-    """Sum of processes of the same channels."""
 
     def advance(
         self, state: tuple[Any, ...], normals: Traceable, row: Traceable
     ) -> tuple[Traceable, tuple[Any, ...]]:
         """See `Process.advance`."""
-        integrals, after = self.advance_parts(state, normals, row)
-        return sum(integrals[1:], integrals[0]), after
+        shares = _split(normals, [part.normals for part in self.parts])
+        triples = zip(self.parts, state, shares, strict=True)
+        steps = [part.advance(own, share, row) for part, own, share in triples]
+        return self._joined([Y for Y, _ in steps]), tuple(after for _, after in steps)
 
     def why_no_integrals(self, channel: int) -> str:
         """See `Process.why_no_integrals`."""
-        return next(filter(None, (part.why_no_integrals(channel) for part in self.parts)), "")
+        owners = [(part, channel) for part in self.parts]
+        if self.shares:
+            pairs = zip(self.parts, self.shares, strict=True)
+            owners = [[(part, own) for part, count in pairs for own in range(count)][channel]]
+        return next(filter(None, (part.why_no_integrals(own) for part, own in owners)), "")
 
     def integrals(self, state: tuple[Any, ...], row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
-        rates, angles = self.integrals_of_parts(state, row)
-        return sum(rates[1:], rates[0]), sum(angles[1:], angles[0])
+        both = [part.integrals(own, row) for part, own in zip(self.parts, state, strict=True)]
+        if self.shares:  # a part without integrals gives one zero for all of its channels
+            zeros = [np.zeros(m) for m in self.shares]
+            both = [(zero + W, zero + U) for zero, (W, U) in zip(zeros, both, strict=True)]
+        return self._joined([W for W, _ in both]), self._joined([U for _, U in both])
+
+    def _joined(self, values: list[Traceable]) -> Traceable:
+        """Values of all parts, side by side or added up."""
+        return np.concatenate(values) if self.shares else sum(values[1:], values[0])
 
 
-def _shares(normals: Traceable, counts: Sequence[int]) -> list[Traceable]:
+def _split(normals: Traceable, counts: Sequence[int]) -> list[Traceable]:
     """Deviates of each part."""
     ends = list(accumulate(counts, initial=0))
     return [normals[i:j] for i, j in pairwise(ends)]

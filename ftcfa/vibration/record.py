@@ -15,7 +15,7 @@ import numpy.typing as npt
 from scipy import signal
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, numbers, positive
+from ftcfa.checks import Check, known_name, numbers, positive
 from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
 from ftcfa.parts import Part
 from ftcfa.vibration.columns import read_columns
@@ -67,9 +67,8 @@ class Record(Part):
         values = np.array(self.values, dtype=float)
         axes = self.axes or tuple(f"axis {k + 1}" for k in range(values.shape[1]))
         if len(axes) != values.shape[1]:
-            raise ParameterError(
-                "Record axes", repr(axes), f"{values.shape[1]} names", field="axes"
-            )
+            expected = f"{values.shape[1]} names"
+            raise ParameterError("Record axes", repr(axes), expected, field="axes")
         values.setflags(write=False)
         object.__setattr__(self, "values", values)
         object.__setattr__(self, "axes", tuple(axes))
@@ -127,9 +126,8 @@ def read_record(
     axes, values = list(table.names), table.values
     if step is None:
         if values.shape[1] < 2:
-            raise ParameterError(
-                str(path), "one column", "times and one axis or more", "give step if there are none"
-            )
+            expected, remedy = "times and one axis or more", "give step if there are none"
+            raise ParameterError(str(path), "one column", expected, remedy)
         time, axes = axes[0], axes[1:]
         unit_of_time = _split_unit(time)[1]
         if unit_of_time not in ("", "s"):
@@ -139,8 +137,7 @@ def read_record(
     if columns is not None:
         bare = [_split_unit(name)[0] for name in axes]
         for column in columns:
-            if column not in bare:
-                raise UnknownNameError(f"{path}: column", column, tuple(bare))
+            known_name(f"{path}: column", column, bare)
         chosen = [bare.index(column) for column in columns]
         axes, values = [axes[k] for k in chosen], values[:, chosen]
     names = tuple(_split_unit(header)[0] for header in axes)
@@ -166,7 +163,7 @@ def _size(path: Path, axis: str, unit: str) -> float:
         raise ParameterError(f"{path}: unit of {axis}", "not stated", remedy)
     usual = re.sub(SQUARED_SECOND, "s^2", unit)
     if usual not in SIZES:
-        raise UnknownNameError(f"{path}: unit of {axis}", unit, tuple(SIZES))
+        raise UnknownNameError(f"{path}: unit of {axis}", unit, SIZES)
     return SIZES[usual]
 
 
@@ -174,33 +171,23 @@ def _step(path: Path, time: Array, rows: npt.NDArray[np.intp], jitter: float) ->
     """Sampling step of evenly rising times [s]."""
     positive("read_record jitter", jitter)
     steps = np.diff(time)
-    usual = float(np.median(steps))
+    usual, step = float(np.median(steps)), float((time[-1] - time[0]) / (len(time) - 1))
+    even, remedy = "even time steps", "cut the record there or fill the gap knowingly"
+
+    def error(k: int, got: str, expected: str, remedy: str) -> ParameterError:
+        return ParameterError(f"{path}: row {rows[k + 1]}", got, expected, remedy)
+
     falls = np.flatnonzero(steps <= 0)
     if falls.size:
-        k = falls[0]
-        raise ParameterError(
-            f"{path}: row {rows[k + 1]}",
-            f"time {time[k + 1]:.9g} s after {time[k]:.9g} s",
-            "times that rise",
-            "sort the record",
-        )
+        got = f"time {time[falls[0] + 1]:.9g} s after {time[falls[0]]:.9g} s"
+        raise error(falls[0], got, "times that rise", "sort the record")
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:
-        k = gaps[0]
-        raise ParameterError(
-            f"{path}: row {rows[k + 1]}",
-            f"a gap of {steps[k]:.4g} s before it, where steps are {usual:.4g} s",
-            "even time steps",
-            "cut the record there or fill the gap knowingly",
-        )
-    step = float((time[-1] - time[0]) / (len(time) - 1))
+        got = f"a gap of {steps[gaps[0]]:.4g} s before it, where steps are {usual:.4g} s"
+        raise error(gaps[0], got, even, remedy)
     uneven = np.flatnonzero(np.abs(steps / step - 1.0) > jitter)
     if uneven.size:
-        k = uneven[0]
-        raise ParameterError(
-            f"{path}: row {rows[k + 1]}",
-            f"a time step of {steps[k]:.6g} s, where the mean is {step:.6g} s",
-            f"even time steps to {100 * jitter:g} %",
-            "interpolate the record to even steps, or give jitter= if the times are rounded",
-        )
+        got = f"a time step of {steps[uneven[0]]:.6g} s, where the mean is {step:.6g} s"
+        remedy = "interpolate the record to even steps, or give jitter= if the times are rounded"
+        raise error(uneven[0], got, f"{even} to {100 * jitter:g} %", remedy)
     return step

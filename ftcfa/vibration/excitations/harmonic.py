@@ -134,22 +134,17 @@ class TonesProcess(Process):
         s = np.concatenate([second / length, np.sin(angle)])
         return c[:lines], s[:lines]
 
-    def advance(
-        self,
-        state: State,
-        normals: Traceable,  # noqa: ARG002
-        row: Traceable,  # noqa: ARG002
-    ) -> tuple[Traceable, State]:
+    def advance(self, state: State, normals: Traceable, row: Traceable) -> tuple[Traceable, State]:
         """See `Process.advance`."""
         W, Y = state
         after = W + Y
         return self._sums(Y), (after, Y - 2.0 * self.versine * after)
 
-    def why_no_integrals(self, channel: int) -> str:  # noqa: ARG002
+    def why_no_integrals(self, channel: int) -> str:
         """See `Process.why_no_integrals`: all channels have both."""
         return ""
 
-    def integrals(self, state: State, row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
+    def integrals(self, state: State, row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
         W, Y = state
         return self._sums(W), self._sums((Y + self.versine * W) / (-self.w * self.sine))

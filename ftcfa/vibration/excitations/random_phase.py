@@ -9,8 +9,7 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, counting
-from ftcfa.errors import ShapeError
-from ftcfa.vibration.excitation import EACH, Excitation
+from ftcfa.vibration.excitation import Excitation, check_channels
 from ftcfa.vibration.excitations.harmonic import TonesProcess
 from ftcfa.vibration.spectra.spectrum import Spectrum, check_step
 from ftcfa.vibration.spectra.standards import SpectrumLike, several, spectrum_of
@@ -60,11 +59,7 @@ def spectral_lines(spectrum: Spectrum, lines: int) -> SpectralLines:
 
 
 def spectra_of(subject: str, axes: SpectrumLike | Sequence[SpectrumLike]) -> tuple[Spectrum, ...]:
-    """The spectrum of each axis.
-
-    Raises:
-        UnknownNameError, ParameterError: If an axis has none.
-    """
+    """The spectrum of each axis; raises UnknownNameError or ParameterError if one has none."""
     return tuple(spectrum_of(axis) for axis in several(subject, axes))
 
 
@@ -114,10 +109,7 @@ class RandomPhase(Excitation):
 
     def process(self, channels: int, step: float) -> TonesProcess:
         """See `Excitation.process`; the step must resolve the band of every spectrum."""
-        if len(self.spectra) != channels:
-            raise ShapeError(
-                "RandomPhase", f"{len(self.spectra)} channels", f"{channels} channels", EACH
-            )
+        check_channels("RandomPhase", len(self.spectra), channels)
         for spectrum in self.spectra:
             check_step(spectrum.band[1], step)
         amplitudes = np.concatenate([one.amplitudes for one in self.sums])

@@ -3,16 +3,16 @@
 import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from scipy import signal
 from scipy.interpolate import CubicSpline
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, positive
-from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.vibration.excitation import EACH, Excitation, Process
+from ftcfa.checks import Check, of_type, positive
+from ftcfa.errors import ParameterError
+from ftcfa.vibration.excitation import Excitation, Process, check_channels
 from ftcfa.vibration.record import Record
 from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, substeps_needed
 
@@ -24,15 +24,7 @@ ROUNDING = 1e-9
 """Relative error within which a record has a whole number of steps."""
 
 
-def check_record(subject: str, record: Any) -> None:
-    """Raise ParameterError unless a record is a `Record`."""
-    if not isinstance(record, Record):
-        raise ParameterError(
-            subject,
-            f"a {type(record).__name__}",
-            "a Record",
-            "read_record(file) reads one; Record(step, values) holds values of your own",
-        )
+A_RECORD = "a Record; read_record(file) reads one; Record(step, values) holds values of your own"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +42,7 @@ class RecordedAcceleration(Excitation):
         ParameterError: If ``record`` is no `Record`, or does not resolve ``high_pass``.
     """
 
-    record: Annotated[Record, Check(check_record)]
+    record: Annotated[Record, Check(of_type(Record, A_RECORD))]
     random_start: bool = True
     high_pass: Annotated[float | None, Check(positive, "Hz")] = None
 
@@ -84,8 +76,7 @@ class RecordedAcceleration(Excitation):
             UserWarning: If more than 1 % of an axis's power has fewer than 8 steps in a period.
         """
         axes = self.record.values.shape[1]
-        if axes != channels:
-            raise ShapeError("RecordedAcceleration", f"{axes} axes", f"{channels} channels", EACH)
+        check_channels("RecordedAcceleration", axes, channels, word="axes")
         period = self._period
         steps = int(period / step * (1.0 + ROUNDING))
         if steps == 0:
@@ -142,10 +133,7 @@ class TabulatedProcess(Process):
         return int(self.increments.shape[1])
 
     def advance(
-        self,
-        state: tuple[()],
-        normals: Traceable,  # noqa: ARG002
-        row: Traceable,
+        self, state: tuple[()], normals: Traceable, row: Traceable
     ) -> tuple[Traceable, tuple[()]]:
         """See `Process.advance`."""
         return row[: self.channels], state
@@ -155,7 +143,7 @@ class TabulatedProcess(Process):
         swing = np.abs(self.rows[:, 2 * self.channels + channel]).max()
         return "" if swing <= SWING else f"a record that turns the base by up to {swing:.3g} rad"
 
-    def integrals(self, state: tuple[()], row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
+    def integrals(self, state: tuple[()], row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
         m = self.channels
         return row[m : 2 * m], row[2 * m :]

@@ -10,8 +10,7 @@ import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check
-from ftcfa.errors import ShapeError
-from ftcfa.vibration.excitation import EACH, Excitation, Process
+from ftcfa.vibration.excitation import Excitation, Process, check_channels
 from ftcfa.vibration.spectra.filter_fit import FilterFit, fit_filter
 from ftcfa.vibration.spectra.linear_filter import LinearFilter, SampledFilter, joined
 from ftcfa.vibration.spectra.road import Road
@@ -23,11 +22,7 @@ Axis = SpectrumLike | LinearFilter | Road
 
 
 def sources_of(subject: str, axes: Axis | Sequence[Axis]) -> tuple[Spectrum | LinearFilter, ...]:
-    """The spectrum or filter of each axis.
-
-    Raises:
-        UnknownNameError, ParameterError: If an axis has neither.
-    """
+    """The spectrum or filter of each axis; raises an FtcfaError if one has neither."""
     return tuple(_source(axis) for axis in several(subject, axes))
 
 
@@ -100,9 +95,7 @@ class ShapedNoise(Excitation):
                 check_step(source.band[1], step)
             else:
                 _check_filter(source, step)
-        outputs = sum(shaping.outputs for shaping in self.filters)
-        if outputs != channels:
-            raise ShapeError("ShapedNoise", f"{outputs} channels", f"{channels} channels", EACH)
+        check_channels("ShapedNoise", sum(one.outputs for one in self.filters), channels)
         return FilteredProcess(joined([shaping.discretise(step) for shaping in self.filters]))
 
 
@@ -131,10 +124,7 @@ class FilteredProcess(Process):
         return self.filter.root @ normals
 
     def advance(
-        self,
-        state: Traceable,
-        normals: Traceable,
-        row: Traceable,  # noqa: ARG002
+        self, state: Traceable, normals: Traceable, row: Traceable
     ) -> tuple[Traceable, Traceable]:
         """See `Process.advance`."""
         it = self.filter
@@ -145,7 +135,7 @@ class FilteredProcess(Process):
         integrable = self.filter.integrable[channel]
         return "" if integrable else "noise whose density does not vanish like f^4"
 
-    def integrals(self, state: Traceable, row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
+    def integrals(self, state: Traceable, row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
         return self.filter.E @ state, self.filter.F @ state
 

@@ -49,13 +49,8 @@ class SineSweep(Excitation):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.start == self.stop:
-            raise ParameterError(
-                "SineSweep stop",
-                f"{self.stop:g} Hz, as start",
-                "two frequencies",
-                "take Harmonic",
-                field="stop",
-            )
+            got, remedy = f"{self.stop:g} Hz, as start", "take Harmonic"
+            raise ParameterError("SineSweep stop", got, "two frequencies", remedy, field="stop")
 
     def frequency(self, x: Traceable) -> Traceable:
         """Frequency at the time x of a sweep up, 0 <= x <= T [s] -> [Hz]."""
@@ -101,26 +96,23 @@ class SweepProcess(Process):
 
     normals = 0
 
-    def init(self, normals: Traceable) -> Traceable:  # noqa: ARG002
+    def init(self, normals: Traceable) -> Traceable:
         """Number of steps at time zero."""
         return np.zeros(())
 
     def advance(
-        self,
-        state: Traceable,
-        normals: Traceable,  # noqa: ARG002
-        row: Traceable,
+        self, state: Traceable, normals: Traceable, row: Traceable
     ) -> tuple[Traceable, Traceable]:
         """See `Process.advance`."""
         now, _ = self.integrals(state, row)
         then, _ = self.integrals(state + 1.0, row)
         return then - now, state + 1.0
 
-    def why_no_integrals(self, channel: int) -> str:  # noqa: ARG002
+    def why_no_integrals(self, channel: int) -> str:
         """See `Process.why_no_integrals`: all channels have both."""
         return ""
 
-    def integrals(self, state: Traceable, row: Traceable) -> tuple[Traceable, Traceable]:  # noqa: ARG002
+    def integrals(self, state: Traceable, row: Traceable) -> tuple[Traceable, Traceable]:
         """See `Process.integrals`."""
         f, turns = self._at(state * self.step)
         w, theta = 2.0 * np.pi * f, 2.0 * np.pi * turns

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, numbers
+from ftcfa.checks import Check, about, numbers
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Parameters, number_fields
-from ftcfa.vibration.excitation import EACH, Excitation, Process
+from ftcfa.vibration.excitation import Excitation, Process, check_channels
 
 Convention = Literal["psd", "amplitude"]
 
@@ -20,7 +20,7 @@ def check_intensity(subject: str, intensity: npt.ArrayLike) -> None:
     """Raise a FtcfaError unless an intensity is a positive semidefinite varpi."""
     varpi = numbers(subject, intensity)
     square = varpi.ndim == 2 and varpi.shape[0] == varpi.shape[1]
-    if varpi.size == 0 or varpi.ndim > 2 or (varpi.ndim == 2 and not square):
+    if varpi.size == 0 or not (square or varpi.ndim < 2):
         raise ShapeError(subject, f"shape {varpi.shape}", "(), (m,) or (m, m)")
     matrix = varpi if square else np.diag(np.atleast_1d(varpi))
     rounding = 1e-12 * np.abs(matrix).max()
@@ -58,14 +58,9 @@ class WhiteNoise(Excitation):
     def amplitude(self, channels: int) -> Array:
         """Sigma, the symmetric root of varpi or varpi itself, shape (m, m)."""
         varpi = self._varpi
-        if varpi.ndim > 0 and varpi.shape[0] != channels:
-            raise ShapeError(
-                "WhiteNoise intensity",
-                f"{varpi.shape[0]} channels",
-                f"{channels} channels",
-                EACH,
-                field="intensity",
-            )
+        if varpi.ndim > 0:
+            with about("intensity"):
+                check_channels("WhiteNoise intensity", len(varpi), channels)
         matrix = varpi if varpi.ndim == 2 else np.diag(np.broadcast_to(varpi, (channels,)))
         if self.convention == "amplitude":
             return matrix
@@ -93,18 +88,15 @@ class WhiteProcess(Process):
 
     @property
     def normals(self) -> int:
-        """Number of deviates in each step: one for each channel."""
+        """One deviate for each channel in each step."""
         return len(self.sigma)
 
     def advance(
-        self,
-        state: tuple[()],
-        normals: Traceable,
-        row: Traceable,  # noqa: ARG002
+        self, state: tuple[()], normals: Traceable, row: Traceable
     ) -> tuple[Traceable, tuple[()]]:
         """See `Process.advance`."""
         return self.sigma @ normals * np.sqrt(self.step), state
 
-    def why_no_integrals(self, channel: int) -> str:  # noqa: ARG002
+    def why_no_integrals(self, channel: int) -> str:
         """See `Process.why_no_integrals`."""
         return "white noise, whose integral is a random walk"

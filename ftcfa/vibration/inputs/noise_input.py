@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Traceable
-from ftcfa.checks import Check
-from ftcfa.errors import ParameterError, ShapeError, UnknownNameError
+from ftcfa.checks import Check, known_name
+from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.vibration.excitation import Process
@@ -64,10 +64,10 @@ class NoiseInput(Part, ABC):
         self,
         arm: Dynamics,
         q: Traceable,
-        v: Traceable,  # noqa: ARG002
+        v: Traceable,
         state: Any,
         integrals: StepIntegrals,
-        step: float,  # noqa: ARG002
+        step: float,
     ) -> tuple[Traceable, Any]:
         """Joint impulse Lambda(q) Y over one step, and the state of the input at its end.
 
@@ -83,11 +83,7 @@ class NoiseInput(Part, ABC):
 
 
 def noise_input(given: Any) -> NoiseInput:
-    """A noise input as it is, or made of an object with a ``matrix`` method.
-
-    Raises:
-        ParameterError: If it is neither.
-    """
+    """A noise input as it is, or made of an object with ``matrix``; ParameterError if neither."""
     if isinstance(given, NoiseInput):
         return given
     if not hasattr(given, "matrix"):
@@ -148,7 +144,7 @@ class JointTorque(NoiseInput):
 
     joints: Sequence[str] | None = None
 
-    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:  # noqa: ARG002
+    def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m) [1].
 
         Raises:
@@ -157,10 +153,7 @@ class JointTorque(NoiseInput):
         names = arm.joint_names if self.joints is None else self.joints
         names = (names,) if isinstance(names, str) else names
         for name in names:
-            if name not in arm.joint_names:
-                raise UnknownNameError(
-                    "JointTorque joint", str(name), arm.joint_names, field="joints"
-                )
+            known_name("JointTorque joint", name, arm.joint_names, field="joints")
         return np.eye(arm.n)[:, [arm.joint_names.index(name) for name in names]]
 
 
@@ -225,20 +218,13 @@ class PaperPendulumInput(NoiseInput):
             raise ShapeError("PaperPendulumInput", f"an arm of {arm.n} joints", "2 joints")
         (m1, m2), (l1, l2) = self.m, self.l
         sine, cosine, double = np.sin(q[0]), np.cos(q[0]), np.sin(2.0 * (q[1] - q[0]))
-        first = [
-            -m1 * l1 * cosine + 0.5 * m2 * l1 * sine * double,
-            -m1 * l1 * sine - 0.5 * m2 * l1 * cosine * double,
-        ]
-        second = [m2 * l2 * sine * double, -m2 * l2 * cosine * double]
-        return np.stack([np.stack(first), np.stack(second)])
+        x = [-m1 * l1 * cosine + 0.5 * m2 * l1 * sine * double, m2 * l2 * sine * double]
+        z = [-m1 * l1 * sine - 0.5 * m2 * l1 * cosine * double, -m2 * l2 * cosine * double]
+        return np.stack([np.stack(x), np.stack(z)], axis=1)
 
 
 def arm_attribute(arm: Dynamics, name: str, subject: str) -> Any:
-    """A method or quantity that not every arm has.
-
-    Raises:
-        ParameterError: If this arm lacks it.
-    """
+    """A method or quantity that not every arm has; ParameterError if this arm lacks it."""
     if not hasattr(arm, name):
         got = f"a {type(arm).__name__} without {name}"
         raise ParameterError(f"arm of {subject}", got, "an Arm, such as load_arm gives")

@@ -1,14 +1,12 @@
-"""Fit of a shaping filter to a break-point spectrum.
+"""Shaping filter of a break-point spectrum, of the lowest order that fits, and how well it fits.
 
-    H(s) = g s^2 prod_j (s^2 + 2 xi_j w_j s + w_j^2) / prod_i (s^2 + 2 zeta_i w_i s + w_i^2)
-
-with two pole pairs more than zero pairs. The double zero at s = 0 keeps velocity and displacement
-of the shaken base bounded; the two further poles let the density fall above the band. Where
-the largest deviation stays too large, a pole pair and a zero pair that cancel are added there,
-which changes nothing, and the fit goes on with the higher order.
+Its `Sections` have two pole pairs more than zero pairs. The double zero at s = 0 keeps velocity and
+displacement of the shaken base bounded; the two further poles let the density fall above the band.
+Where the largest deviation stays too large, a pole pair and a zero pair that cancel are added
+there, which changes nothing, and the fit goes on with the higher order.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,12 +20,12 @@ from ftcfa.vibration.spectra.section_fit import (
     PATIENCE,
     RMS_TOLERANCE,
     WORTHWHILE,
+    Sections,
     Target,
     fit_sections,
     grid,
     widths,
 )
-from ftcfa.vibration.spectra.sections import Sections
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY, Spectrum
 
 EDGE_TOLERANCE = 0.02
@@ -132,7 +130,7 @@ def _first_guess(spectrum: Spectrum, target: Target) -> Sections:
     w = 2.0 * np.pi * np.array(spectrum.band)
     guess = Sections(float(w[0]), 0.0, np.log(np.array([w, np.full(2, 0.5)])), np.zeros((2, 0)))
     gain = -float(np.mean(target.deviation(guess))) / DB
-    return Sections(guess.w0, gain, guess.poles, guess.zeros)
+    return replace(guess, log_gain=gain)
 
 
 def _with_neutral_pair(target: Target, sections: Sections) -> Sections:
@@ -142,12 +140,8 @@ def _with_neutral_pair(target: Target, sections: Sections) -> Sections:
     place, nudge = np.log(2.0 * np.pi * target.f[at]), NUDGE * np.sign(deviation[at])
     pole = np.array([[place], [np.log(NEW_DAMPING) + nudge]])
     zero = np.array([[place], [np.log(NEW_DAMPING) - nudge]])
-    return Sections(
-        sections.w0,
-        sections.log_gain,
-        np.hstack([sections.poles, pole]),
-        np.hstack([sections.zeros, zero]),
-    )
+    poles, zeros = np.hstack([sections.poles, pole]), np.hstack([sections.zeros, zero])
+    return replace(sections, poles=poles, zeros=zeros)
 
 
 def _measure(spectrum: Spectrum, sections: Sections) -> FilterFit:
@@ -166,12 +160,12 @@ def _measure(spectrum: Spectrum, sections: Sections) -> FilterFit:
     return FilterFit(
         raw.scaled(gain),
         spectrum,
-        float(strict[worst]),
-        float(f[worst]),
-        float(lenient[edge]),
-        float(f[edge]),
-        total * gain / spectrum.rms() - 1.0,
-        1.0 - in_band / total**2,
+        worst_db=float(strict[worst]),
+        worst_frequency=float(f[worst]),
+        edge_db=float(lenient[edge]),
+        edge_frequency=float(f[edge]),
+        rms_error=total * gain / spectrum.rms() - 1.0,
+        outside=1.0 - in_band / total**2,
     )
 
 

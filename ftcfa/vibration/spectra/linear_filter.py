@@ -104,20 +104,16 @@ class LinearFilter:
                 raise ParameterError(subject, f"{matrix.tolist()}", "finite numbers", field=name)
             matrix.setflags(write=False)
             object.__setattr__(self, name, matrix)
-        shapes = [self.A.shape, self.B.shape, self.C.shape]
-        n = len(self.A) if self.A.ndim == 2 else 0
-        fits = n > 0 and self.A.shape == (n, n) and self.B.ndim == self.C.ndim == 2
-        if not fits or self.B.shape[0] != n or self.C.shape[1] != n:
-            text = ", ".join(map(str, shapes))
-            raise ShapeError("LinearFilter A, B, C", f"shapes {text}", "(n, n), (n, m), (p, n)")
+        A, B, C = self.A.shape, self.B.shape, self.C.shape
+        n = A[0] if A else 0
+        if n == 0 or (n, n) != A or len(B) != 2 or len(C) != 2 or B[0] != n or C[1] != n:
+            got = f"shapes {A}, {B}, {C}"
+            raise ShapeError("LinearFilter A, B, C", got, "(n, n), (n, m), (p, n)")
         worst = float(np.linalg.eigvals(self.A).real.max())
         if worst >= 0:
+            got, remedy = f"an eigenvalue of real part {worst:.3g}", "only a stable filter has a"
             raise ParameterError(
-                "LinearFilter A",
-                f"an eigenvalue of real part {worst:.3g}",
-                "all real parts < 0",
-                "only a stable filter has a stationary state",
-                field="A",
+                "LinearFilter A", got, "all real parts < 0", f"{remedy} stationary state", field="A"
             )
 
     @property

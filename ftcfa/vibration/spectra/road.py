@@ -22,6 +22,7 @@ which the contact patch of a tyre bridges, are far above the resonance of the wh
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -34,14 +35,7 @@ from ftcfa.vibration.spectra.linear_filter import LinearFilter
 PROVENANCE = "ISO 8608 as quoted in the open literature; unverified in the standard itself"
 REFERENCE_FREQUENCY = 0.1
 """n_0 [cycles/m]."""
-ROAD_CLASSES = {
-    "A": 16e-6,
-    "B": 64e-6,
-    "C": 256e-6,
-    "D": 1024e-6,
-    "E": 4096e-6,
-    "F": 16384e-6,
-}
+ROAD_CLASSES = {"A": 16e-6, "B": 64e-6, "C": 256e-6, "D": 1024e-6, "E": 4096e-6, "F": 16384e-6}
 """Geometric means of G_d(n_0), from very good (A) to very poor (E) and worse [m^3]."""
 
 
@@ -93,11 +87,6 @@ TRUCK = QuarterCar(4500.0, 500.0, 7e5, 2e4, 1.8e6)
 11 Hz."""
 
 
-def check_road_class(subject: str, name: Any) -> None:
-    """Raise UnknownNameError unless a name is that of a road class."""
-    known_name(subject, name, ROAD_CLASSES)
-
-
 def check_vehicle(subject: str, vehicle: Any) -> None:
     """Raise ParameterError unless a vehicle is a quarter-car, or a filter of one input."""
     if not isinstance(vehicle, QuarterCar | LinearFilter):
@@ -121,7 +110,7 @@ class Road(Part):
         ParameterError: If the speed is not above zero, or the vehicle is none.
     """
 
-    road_class: Annotated[str, Check(check_road_class)]
+    road_class: Annotated[str, Check(partial(known_name, known=ROAD_CLASSES))]
     speed: Annotated[float, Check(positive, "m/s")]
     vehicle: Annotated[QuarterCar | LinearFilter, Check(check_vehicle)] = PASSENGER_CAR
 

@@ -175,25 +175,18 @@ def check_step(highest: float, step: float) -> None:
 def _check_points(f: Array, S: Array, field: str = "densities") -> None:
     """Refuse break points that make no spectrum; ``field`` holds the densities."""
     if f.ndim != 1 or f.shape != S.shape or len(f) < 2:
-        raise ParameterError(
-            "Spectrum",
-            f"frequencies of shape {f.shape}, densities of shape {S.shape}",
-            "two break points or more, one density for each frequency",
-            "a single tone is a harmonic excitation, not a spectrum" if f.size == 1 else "",
-        )
-    for name, values, unit, key in (
-        ("frequency", f, "Hz", "frequencies"),
-        ("density", S, "", field),
+        got = f"frequencies of shape {f.shape}, densities of shape {S.shape}"
+        expected = "two break points or more, one density for each frequency"
+        remedy = "a single tone is a harmonic excitation, not a spectrum" if f.size == 1 else ""
+        raise ParameterError("Spectrum", got, expected, remedy)
+    for name, values, expected, key, remedy in (
+        ("frequency", f, "a number > 0 Hz", "frequencies", _NO_ZERO),
+        ("density", S, "a number > 0", field, _NO_SILENCE),
     ):
         bad = np.flatnonzero(~(np.isfinite(values) & (values > 0)))
         if bad.size:
-            raise ParameterError(
-                f"Spectrum {name} {bad[0] + 1}",
-                f"{values[bad[0]]:g}",
-                f"a number > 0 {unit}".rstrip(),
-                _REMEDY[name],
-                field=key,
-            )
+            subject, got = f"Spectrum {name} {bad[0] + 1}", f"{values[bad[0]]:g}"
+            raise ParameterError(subject, got, expected, remedy, field=key)
     falls = np.flatnonzero(np.diff(f) <= 0)
     if falls.size:
         k = falls[0]
@@ -207,8 +200,8 @@ def _check_points(f: Array, S: Array, field: str = "densities") -> None:
         )
 
 
-_REMEDY = {
-    "frequency": "the logarithmic axis has no zero; begin the band above it",
-    "density": "outside the band the density is zero anyway: leave such points out; or check the "
-    "sign: a density is a square",
-}
+_NO_ZERO = "the logarithmic axis has no zero; begin the band above it"
+_NO_SILENCE = (
+    "outside the band the density is zero anyway: leave such points out; or check the sign: a "
+    "density is a square"
+)

@@ -20,17 +20,16 @@ from typing import Any
 
 import numpy as np
 
-from ftcfa.checks import positive
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.checks import known_name, positive
+from ftcfa.errors import ParameterError
 from ftcfa.vibration.spectra.spectrum import PLAUSIBLE_G_RMS, STANDARD_GRAVITY, Spectrum
 
-SHIPPED = Path(__file__).with_name("standards.toml")
 G_UNIT, SI_UNIT = "g^2/Hz", "(m/s^2)^2/Hz"
 LEVEL_TOLERANCE = {"integral_g_rms": 0.01, "nominal_g_rms": 0.05}
 """Allowed relative difference from the integral; nominal levels often have two digits only."""
 TEXTS = ("unit", "source", "verified")
-LEVELS = ("nominal_g_rms", "integral_g_rms", "plausible_g_rms")
 NOT_STATED = "not stated"
+LEVELS = ("nominal_g_rms", "integral_g_rms", "plausible_g_rms")
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +60,10 @@ class Standard:
         return f"{self.name}: {self.spectrum} ({self.provenance})"
 
 
+@cache
 def standards() -> Mapping[str, Standard]:
     """Standards that come with the package, by name."""
-    return _shipped()
+    return read_table(Path(__file__).with_name("standards.toml"))
 
 
 def standard(name: str) -> Standard:
@@ -72,10 +72,8 @@ def standard(name: str) -> Standard:
     Raises:
         UnknownNameError: If there is none of that name; it lists the known ones.
     """
-    known = standards()
-    if name not in known:
-        raise UnknownNameError("vibration standard", str(name), tuple(known))
-    return known[name]
+    known_name("vibration standard", name, standards())
+    return standards()[name]
 
 
 SpectrumLike = str | Standard | Spectrum
@@ -104,11 +102,7 @@ def spectrum_of(axis: SpectrumLike) -> Spectrum:
 
 
 def several(subject: str, axes: Any) -> tuple[Any, ...]:
-    """Axes of an excitation as a tuple; a single one needs no brackets.
-
-    Raises:
-        ParameterError: If there is none.
-    """
+    """Axes as a tuple, of which a single one needs no brackets; ParameterError if there is none."""
     single = isinstance(axes, str) or not isinstance(axes, Sequence)
     given = (axes,) if single else tuple(axes)
     if not given:
@@ -130,9 +124,8 @@ def read_table(file: str | Path) -> Mapping[str, Standard]:
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ParameterError(
-            str(path), error.strerror or str(error), "a readable TOML file"
-        ) from error
+        got = error.strerror or str(error)
+        raise ParameterError(str(path), got, "a readable TOML file") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ParameterError(str(path), str(error), "a TOML file") from error
     if not document:
@@ -141,20 +134,14 @@ def read_table(file: str | Path) -> Mapping[str, Standard]:
 
 
 def read_standard(file: str | Path, name: str) -> Standard:
-    """The specification of one name in a file such as `read_table` reads.
+    """The standard of one name in a file such as `read_table` reads.
 
     Raises:
         ParameterError, UnknownNameError: If the file is wrong or has no such table.
     """
     tables = read_table(file)
-    if name not in tables:
-        raise UnknownNameError(f"{file}: table", name, tables, field="name")
+    known_name(f"{file}: table", name, tables, field="name")
     return tables[name]
-
-
-@cache
-def _shipped() -> Mapping[str, Standard]:
-    return read_table(SHIPPED)
 
 
 _EXAMPLE = "such as [floor] with points = [[10, 0.015], [500, 0.00015]]"
@@ -164,12 +151,15 @@ def _entry(path: Path, name: str, entry: Any) -> Standard:
     where = f"{path}: [{name}]"
     if not isinstance(entry, dict):
         raise ParameterError(f"{path}: '{name}'", repr(entry), "a TOML table", _EXAMPLE)
-    known = ("points", *TEXTS, *LEVELS)
     for key in entry:
-        if key not in known:
-            raise UnknownNameError(f"{where}: key", key, known)
-    texts = {key: _text(where, key, entry.get(key, NOT_STATED)) for key in TEXTS}
-    levels = {key: _level(where, key, entry[key]) for key in LEVELS if key in entry}
+        known_name(f"{where}: key", key, ("points", *TEXTS, *LEVELS))
+    texts = {key: entry.get(key, NOT_STATED) for key in TEXTS}
+    for key, text in texts.items():
+        if not isinstance(text, str):
+            raise ParameterError(f"{where}: {key}", repr(text), "a text")
+    levels = {key: entry[key] for key in LEVELS if key in entry}
+    for key, level in levels.items():
+        positive(f"{where}: {key}", level, "g")
     unit = entry.get("unit", G_UNIT)
     if unit not in (G_UNIT, SI_UNIT):
         raise ParameterError(f"{where}: unit", repr(unit), f'"{G_UNIT}" or "{SI_UNIT}"')
@@ -190,28 +180,13 @@ def _entry(path: Path, name: str, entry: Any) -> Standard:
     return Standard(name, texts["source"], texts["verified"], levels.get("nominal_g_rms"), spectrum)
 
 
-def _text(where: str, key: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise ParameterError(f"{where}: {key}", repr(value), "a text")
-    return value
-
-
-def _level(where: str, key: str, value: Any) -> float:
-    positive(f"{where}: {key}", value, "g")
-    return float(value)
-
-
 def _points(where: str, entry: Mapping[str, Any]) -> Any:
     """The break points, shape (k, 2)."""
-    if "points" not in entry:
-        raise ParameterError(f"{where}: points", "missing", "[[frequency, density], ...]", _EXAMPLE)
-    rows = entry["points"]
+    rows = entry.get("points")
     pairs = isinstance(rows, list) and all(isinstance(r, list) and len(r) == 2 for r in rows)
-    numbers = pairs and all(type(x) in (int, float) for row in rows for x in row)
-    if not (numbers and rows):
-        raise ParameterError(
-            f"{where}: points", repr(rows), "[[frequency, density], ...]", _EXAMPLE
-        )
+    if not (rows and pairs and all(type(x) in (int, float) for row in rows for x in row)):
+        got = repr(rows) if "points" in entry else "missing"
+        raise ParameterError(f"{where}: points", got, "[[frequency, density], ...]", _EXAMPLE)
     return np.array(rows, dtype=float)
 
 
@@ -223,9 +198,5 @@ def _check_level(where: str, key: str, stated: float, level: float, tolerance: f
         remedy = "the points are 9.81 times too small in amplitude: is their unit g^2/Hz?"
     elif abs(level / stated / STANDARD_GRAVITY - 1.0) <= tolerance:
         remedy = f'the points are 9.81 times too large in amplitude: state unit = "{SI_UNIT}"'
-    raise ParameterError(
-        f"{where}: {key}",
-        f"{stated:g} stated, {level:.4g} g rms by integration of the points",
-        f"agreement to {100 * tolerance:g} %",
-        remedy,
-    )
+    got = f"{stated:g} stated, {level:.4g} g rms by integration of the points"
+    raise ParameterError(f"{where}: {key}", got, f"agreement to {100 * tolerance:g} %", remedy)

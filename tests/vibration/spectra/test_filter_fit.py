@@ -8,8 +8,7 @@ from scipy import signal, stats
 
 from ftcfa.errors import ParameterError
 from ftcfa.vibration.spectra.filter_fit import fit_filter
-from ftcfa.vibration.spectra.section_fit import DB_TOLERANCE, RMS_TOLERANCE
-from ftcfa.vibration.spectra.sections import Sections
+from ftcfa.vibration.spectra.section_fit import DB_TOLERANCE, RMS_TOLERANCE, Sections
 from ftcfa.vibration.spectra.spectrum import Spectrum, step_limit
 from ftcfa.vibration.spectra.standards import standard, standards
 
