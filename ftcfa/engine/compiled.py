@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.control.protocol import Signals
-from ftcfa.engine.compiler.flatten import flat
+from ftcfa.engine.compiler.flatten import flat, split
 from ftcfa.engine.compiler.program import Program, compile_loop
 from ftcfa.engine.compiler.trace import TracedLoop, trace
 from ftcfa.engine.compiler.vector_math import Target, host_target
@@ -54,6 +53,7 @@ def run_compiled(
     process, starts = loop.process, np.zeros(len(paths), dtype=np.int64)
     if process.random_start:
         starts = first_rows(seed, paths, len(process.rows))
+    motion = loop.reference.at(np.arange(samples) * loop.period)
     kept = -(-samples // record_every)
     blocks = -(-len(paths) // program.lanes)
     work = _Work(
@@ -62,7 +62,7 @@ def run_compiled(
         samples=samples,
         ticks=max(1, TICKS_PER_CALL // loop.substeps),
         record_every=record_every,
-        desired=_desired_rows(loop, samples),
+        desired=np.ascontiguousarray(np.concatenate(motion, axis=1)),
         paths=_padded(paths, program.lanes),
         rows=np.ascontiguousarray(process.rows),
         first_rows=_padded(starts, program.lanes),
@@ -76,7 +76,9 @@ def run_compiled(
     diverged_at = work.diverged_at.reshape(-1)[: len(paths)] * loop.period
     rows = work.observed.transpose(0, 2, 1)  # (blocks, lanes, entries)
     observed = rows.reshape(len(work.record), rows.shape[2])[: len(paths)]
-    return Paths.of(_split(record, traced), diverged_at, observed, traced.observer)
+    arrays = split(record, [shape for _, shape in traced.signals])
+    signals = {name: array for (name, _), array in zip(traced.signals, arrays, strict=True)}
+    return Paths.of(signals, diverged_at, observed, traced.observer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ class _Work:
     samples: int
     ticks: int  # a call
     record_every: int
-    desired: Array  # (samples, 3 n)
+    desired: Array  # of every sample, the same for all paths (samples, 3 n)
     paths: np.ndarray  # (blocks, lanes)
     rows: Array  # (R, columns)
     first_rows: np.ndarray  # (blocks, lanes)
@@ -101,35 +103,18 @@ class _Work:
         """Run one block to its end, or until `stop` is set."""
         program = self.program
         state = _aligned(np.zeros((program.states, program.lanes)))
-        parameters, paths, diverged_at = self.parameters[b], self.paths[b], self.diverged_at[b]
         record = self.record[b * program.lanes :]
-        first_rows = self.first_rows[b]
-        program.init(
-            state.ctypes.data,
-            parameters.ctypes.data,
-            self.desired.ctypes.data,
-            paths.ctypes.data,
-            self.seed,
-        )
+        own = (state, self.parameters[b], self.paths[b], self.first_rows[b], self.diverged_at[b])
+        state_at, parameters, paths, first_rows, diverged_at = (x.ctypes.data for x in own)
+        program.init(state_at, parameters, self.desired.ctypes.data, paths, self.seed)
         for tick in range(0, self.samples, self.ticks):
             if stop.is_set():
                 return
-            program.run(
-                state.ctypes.data,
-                parameters.ctypes.data,
-                self.desired[tick:].ctypes.data,
-                paths.ctypes.data,
-                self.seed,
-                self.rows.ctypes.data,
-                len(self.rows),
-                first_rows.ctypes.data,
-                tick,
-                min(self.ticks, self.samples - tick),
-                self.record_every,
-                record.ctypes.data,
-                record[0].size,
-                diverged_at.ctypes.data,
-            )
+            ticks = min(self.ticks, self.samples - tick)
+            inputs = (parameters, self.desired[tick:].ctypes.data, paths, self.seed)
+            rows = (self.rows.ctypes.data, len(self.rows), first_rows)
+            kept = (self.record_every, record.ctypes.data, record[0].size)
+            program.run(state_at, *inputs, *rows, tick, ticks, *kept, diverged_at)
         self.observed[b] = state[program.states - self.observed.shape[1] :]
 
 
@@ -156,12 +141,6 @@ def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
             raise
 
 
-def _desired_rows(loop: ClosedLoop, samples: int) -> Array:
-    """Desired motion at every sample, the same for all paths, shape (samples, 3 n)."""
-    rows = loop.reference.at(np.arange(samples) * loop.period)
-    return np.ascontiguousarray(np.concatenate(rows, axis=1))
-
-
 def _padded(rows: np.ndarray, lanes: int) -> np.ndarray:
     """Rows (paths, ...) as blocks (blocks, lanes, ...); the last row fills the last block."""
     missing = -len(rows) % lanes
@@ -186,13 +165,3 @@ def _aligned(values: Array) -> Array:
     copy = memory[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
     copy[...] = values
     return copy
-
-
-def _split(record: Array, traced: TracedLoop) -> Signals:
-    """Signals of a record by name, as views of it."""
-    signals, start = {}, 0
-    for name, shape in traced.signals:
-        entries = int(np.prod(shape))
-        signals[name] = record[:, :, start : start + entries].reshape(*record.shape[:2], *shape)
-        start += entries
-    return signals

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,17 +32,15 @@ def trajectories(
         varied: Parameters that differ from path to path, each of shape (paths, ...); they become
             coordinates.
     """
+    numbers = paths if np.any(paths >= 2**63) else paths.astype(np.int64)  # as usual, if all fit
     dataset = xr.Dataset(
         coords={
-            "path": ("path", _signed(paths), {"long_name": "number of the path"}),
+            "path": ("path", numbers, {"long_name": "number of the path"}),
             "time": ("time", time, {"units": "s"}),
             "joint": ("joint", list(loop.arm.joint_names)),
             "joint_type": ("joint", list(loop.arm.joint_types)),
         },
-        attrs={
-            "ftcfa_version": version("ftcfa"),
-            "experiment": json.dumps(provenance(loop)),
-        },
+        attrs={"ftcfa_version": version("ftcfa"), "experiment": json.dumps(provenance(loop))},
     )
 
     def inner(name: str, shape: tuple[int, ...]) -> list[str]:
@@ -60,30 +57,16 @@ def trajectories(
         labels = attributes(loop, *quantity, "joint" in dims)
         dataset[name] = (("path", "time", *dims), values, labels)
     squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
-    dataset["ote"] = (
-        ("path", "time"),
-        np.sqrt(squares),
-        {"units": dataset["q"].units, "long_name": "overall tracking error |q - q_d|"},
-    )
-    dataset["diverged_at"] = (
-        ("path",),
-        run.diverged_at,
-        {"units": "s", "long_name": "time of divergence, NaN for a path that did not diverge"},
-    )
+    labels = {"units": dataset["q"].units, "long_name": "overall tracking error |q - q_d|"}
+    dataset["ote"] = (("path", "time"), np.sqrt(squares), labels)
+    labels = {"units": "s", "long_name": "time of divergence, NaN for a path that did not diverge"}
+    dataset["diverged_at"] = (("path",), run.diverged_at, labels)
     return dataset
-
-
-def _signed(paths: npt.NDArray[np.uint64]) -> npt.NDArray[np.integer[Any]]:
-    """Path numbers as ordinary signed integers if all fit, else as they are."""
-    return paths if np.any(paths >= 2**63) else paths.astype(np.int64)
 
 
 def attributes(loop: ClosedLoop, unit: str, meaning: str, per_joint: bool) -> dict[str, str]:
     """Attributes of a variable: unit and meaning; prismatic joints have m instead of rad."""
     if per_joint and "prismatic" in loop.arm.joint_types:
-        unit = f"{unit} (prismatic joints: {_linear(unit)})"
+        linear = "N" if unit == "N m" else unit.replace("rad", "m")
+        unit = f"{unit} (prismatic joints: {linear})"
     return {"units": unit, "long_name": meaning}
-
-
-def _linear(unit: str) -> str:
-    return {"N m": "N"}.get(unit, unit.replace("rad", "m"))

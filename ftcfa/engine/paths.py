@@ -6,7 +6,7 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Signals
-from ftcfa.engine.compiler.flatten import leaves, like, size
+from ftcfa.engine.compiler.flatten import leaves, like, split
 
 
 class Paths(NamedTuple):
@@ -24,10 +24,5 @@ class Paths(NamedTuple):
     def of(cls, signals: Signals, diverged_at: Array, observed: Array, observer: Any) -> Self:
         """Paths from the observer's states as rows, shape (paths, entries), and one as template."""
         rows = np.where(np.isnan(diverged_at)[:, None], observed, np.nan)
-        ends = np.cumsum([size(leaf) for leaf in leaves(observer)])
-        parts = np.split(rows, ends[:-1], axis=1) if len(ends) else []
-        shaped = [
-            part.reshape(len(rows), *np.shape(leaf))
-            for part, leaf in zip(parts, leaves(observer), strict=True)
-        ]
-        return cls(signals, diverged_at, like(observer, iter(shaped)))
+        arrays = split(rows, map(np.shape, leaves(observer)))
+        return cls(signals, diverged_at, like(observer, iter(arrays)))

@@ -29,7 +29,6 @@ class Run(NamedTuple):
     varied: dict[str, Array]
     """Parameters that differed from path to path, by dotted name, each of shape (paths, ...)."""
     engine: Engine
-    """The engine that ran them."""
 
 
 def run_paths(
@@ -68,12 +67,9 @@ def _robots(
     robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
     drawn = {f"arm.{name}": values for name, values in robots.items()}
     for name in drawn.keys() & vary.keys():
-        raise ParameterError(
-            f"varied {name}",
-            "drawn by the loop's uncertainty",
-            "one source of each path's robot",
-            "leave it out, or take a loop without uncertainty",
-        )
+        got, expected = "drawn by the loop's uncertainty", "one source of each path's robot"
+        remedy = "leave it out, or take a loop without uncertainty"
+        raise ParameterError(f"varied {name}", got, expected, remedy)
     return drawn
 
 
@@ -93,20 +89,9 @@ def samples_of(loop: ClosedLoop, duration: float) -> int:
 
 
 def check_memory(subject: str, needed: int) -> None:
-    """Refuse a result that would not fit into memory, before anything is computed.
-
-    Args:
-        subject: Name of the result in the message.
-        needed: Its size [bytes].
-
-    Raises:
-        ParameterError: If it needs more than half of the machine's memory.
-    """
+    """Raise ParameterError if a result of some bytes needs more than half of the memory."""
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed > present / 2:
-        raise ParameterError(
-            subject,
-            f"{needed / 2**30:.1f} GiB",
-            f"at most half of the machine's {present / 2**30:.1f} GiB",
-            "raise record_every, or run fewer paths at a time",
-        )
+        expected = f"at most half of the machine's {present / 2**30:.1f} GiB"
+        remedy = "raise record_every, or run fewer paths at a time"
+        raise ParameterError(subject, f"{needed / 2**30:.1f} GiB", expected, remedy)

@@ -7,17 +7,16 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ftcfa.checks import counting, natural
+from ftcfa.checks import counting, known_name, natural
 from ftcfa.engine.dataset import trajectories
 from ftcfa.engine.run import Engine, check_memory, path_numbers, run_paths, samples_of
-from ftcfa.errors import ParameterError, UnknownNameError
+from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; all others are recorded on request."""
 RESERVED = frozenset({"path", "time", "joint", "joint_type", "ote", "diverged_at"})
 """Names in the Dataset that no signal may have."""
-ENGINES = get_args(Engine)
 
 
 def simulate(
@@ -119,8 +118,7 @@ def _run(
     counting("record_every", record_every)
     if threads is not None:
         counting("threads", threads)
-    if engine not in ENGINES:
-        raise UnknownNameError("engine", str(engine), ENGINES)
+    known_name("engine", engine, get_args(Engine))
     shapes = loop.signal_shapes()
     names = _signal_names(loop, shapes, signals)
     entries = sum(int(np.prod(shapes[name])) for name in names)
@@ -142,15 +140,11 @@ def _signal_names(
 ) -> list[str]:
     known = list(shapes)
     for name in RESERVED.intersection(known):
-        raise ParameterError(
-            f"signal '{name}' of {type(loop.controller).__name__}",
-            "a name that the Dataset has itself",
-            "another name",
-        )
+        subject = f"signal '{name}' of {type(loop.controller).__name__}"
+        raise ParameterError(subject, "a name that the Dataset has itself", "another name")
     if signals == "all":
         signals = known
     requested = [signals] if isinstance(signals, str) else list(signals)
     for name in requested:
-        if name not in known:
-            raise UnknownNameError("signal", name, known)
+        known_name("signal", name, known)
     return [*STANDARD, *(name for name in requested if name not in (*STANDARD, "q_d"))]

@@ -3,22 +3,14 @@
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import (
-    Check,
-    about,
-    counting,
-    having,
-    known_name,
-    positive,
-    vector,
-)
+from ftcfa.checks import Check, about, counting, having, known_name, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
@@ -68,10 +60,7 @@ class Observer(Protocol):
     def step(self, state: Any, signals: Signals, period: float) -> Any:
         """New state after a sample, in plain NumPy without branches on values.
 
-        Args:
-            state: State before the sample.
-            signals: Signals of the sample, as `ClosedLoop.step` gives them.
-            period: Sampling period [s].
+        ``signals`` are those of `ClosedLoop.step`, and ``period`` is the sampling period [s].
         """
         ...
 
@@ -95,11 +84,6 @@ class LoopState(NamedTuple):
     def v(self) -> Traceable:
         """Velocity, shape (n,) [rad/s or m/s]."""
         return self.motion.v
-
-
-def check_integrator(subject: str, name: Any) -> None:
-    """Raise UnknownNameError unless a name is that of an integrator."""
-    known_name(subject, name, INTEGRATORS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +118,7 @@ class ClosedLoop(Part):
     ] = None
     period: Annotated[float, Check(positive, "s")] = 1e-3
     substeps: Annotated[int, Check(counting)] = 1
-    integrator: Annotated[str, Check(check_integrator)] = "euler-maruyama"
+    integrator: Annotated[str, Check(partial(known_name, known=INTEGRATORS))] = "euler-maruyama"
     q0: npt.ArrayLike | None = None
     v0: npt.ArrayLike | None = None
     uncertainty: Annotated[Uncertainty | None, Check(having("draw", "an Uncertainty, or None"))] = (
@@ -205,8 +189,7 @@ class ClosedLoop(Part):
                 first ones if None.
 
         Returns:
-            The signals of this sample and the state at the next one. ``u`` is the torque that
-            acts, within the effort limits; ``u_command`` is what the controller commands.
+            The signals, see `LOOP_QUANTITIES` for those of every loop, and the state.
         """
         if rows is None:
             rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
@@ -223,11 +206,9 @@ class ClosedLoop(Part):
         given = self.controller.step(state.controller, *measured, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
         if not (pair and isinstance(given[0], dict) and "u" in given[0]):
-            raise ParameterError(
-                f"step of {type(self.controller).__name__}",
-                f"a {type(given).__name__} without a dictionary that holds 'u'",
-                '({"u": torque, ...}, state)',
-            )
+            subject = f"step of {type(self.controller).__name__}"
+            got = f"a {type(given).__name__} without a dictionary that holds 'u'"
+            raise ParameterError(subject, got, '({"u": torque, ...}, state)')
         signals, controller = given
         command = signals["u"]
         shape = command.shape if hasattr(command, "shape") else np.shape(command)
@@ -243,21 +224,16 @@ class ClosedLoop(Part):
         return signals, LoopState(state.motion, controller, observer)
 
     def advance(self, motion: Motion, u: Traceable, normals: Traceable, row: Traceable) -> Motion:
-        """One integration step of the plant under torque u.
+        """One integration step of the plant under torque u, shape (n,) [N m or N].
 
-        Args:
-            motion: State of the plant at the start of the step.
-            u: Torque, shape (n,) [N m or N].
-            normals: Standard normal deviates, shape (process.normals,).
-            row: Row of the process for this step, shape (columns,).
+        ``normals``, shape (process.normals,), and ``row``, shape (columns,), are the step's.
         """
         q, v, vibration = motion
         step = self.step_length
         impulse = np.zeros_like(q)
         if self.vibration is not None:
-            impulse, vibration = self.vibration.impulse(
-                self.process, self.arm, q, v, vibration, normals, row, step
-            )
+            parts = self.process, self.arm, q, v, vibration
+            impulse, vibration = self.vibration.impulse(*parts, normals, row, step)
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
         return Motion(q, v, vibration)
 

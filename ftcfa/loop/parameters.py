@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
+from ftcfa.checks import numbers
 from ftcfa.errors import ParameterError, ShapeError, TracingError, UnknownNameError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import cached, fields_of, parameters_of, with_fields
@@ -30,14 +31,13 @@ def parameter(loop: ClosedLoop, name: str) -> Array:
     """
     holder, word = _holder(loop, name)
     value = getattr(holder, word)
+    subject = f"parameter {name}"
     if value is None:
-        expected = "numbers that can be replaced"
-        raise ParameterError(f"parameter {name}", "not given", expected)
+        raise ParameterError(subject, "not given", "numbers that can be replaced")
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
-        got = f"a {type(value).__name__}"
-        raise ParameterError(f"parameter {name}", got, "numbers") from error
+        raise ParameterError(subject, f"a {type(value).__name__}", "numbers") from error
 
 
 def checked_values(
@@ -55,12 +55,8 @@ def with_parameters(loop: ClosedLoop, values: Mapping[str, Any]) -> ClosedLoop:
     """A copy of a loop with other values of some parameters, unchecked: they may be symbols."""
     own = {name: value for name, value in values.items() if not name.startswith("process.")}
     changed: ClosedLoop = _replaced(loop, own)
-    of_process = {
-        name.removeprefix("process."): value for name, value in values.items() if name not in own
-    }
-    if of_process:
-        changed = changed.with_process(_replaced(changed.process, of_process))
-    return changed
+    rest = {name.removeprefix("process."): v for name, v in values.items() if name not in own}
+    return changed.with_process(_replaced(changed.process, rest)) if rest else changed
 
 
 def preparation(twin: ClosedLoop, name: str) -> Callable[[Array], Array]:
@@ -78,15 +74,10 @@ def preparation(twin: ClosedLoop, name: str) -> Callable[[Array], Array]:
     for word in words:
         holder = getattr(holder, word)
     if last not in parameters_of(holder):
-        raise TracingError(
-            f"parameter {name}", "a constant of compiled code", "", 'use engine="interpreted"'
-        )
+        got, remedy = "a constant of compiled code", 'use engine="interpreted"'
+        raise TracingError(f"parameter {name}", got, "", remedy)
     prepare = parameters_of(holder)[last].prepare
-    return _unchanged if prepare is None else partial(prepare, holder)
-
-
-def _unchanged(values: Array) -> Array:
-    return values
+    return (lambda values: values) if prepare is None else partial(prepare, holder)
 
 
 def _holder(loop: ClosedLoop, name: str) -> tuple[Any, str]:
@@ -129,31 +120,22 @@ def _no_parameter(part: Any, above: str, name: str, word: str) -> Exception:
         got = f"a {type(getattr(part, word)).__name__}"
         return ParameterError(subject, got, "numbers", f"try {inside}")
     if not known:
-        return ParameterError(
-            subject,
-            f"{kind} declares no parameters",
-            f"a frozen dataclass that declares {word}",
-            f'write varies = number_fields("{word}") into it',
-        )
+        got, expected = "declares no parameters", f"a frozen dataclass that declares {word}"
+        remedy = f'write varies = number_fields("{word}") into it'
+        return ParameterError(subject, f"{kind} {got}", expected, remedy)
     if word.startswith("_") or not hasattr(part, word):
         return UnknownNameError(f"{subject}: {above}", word, known)
     if getattr(part, word) is None:
         return ParameterError(subject, "not given", "numbers that can be replaced")
-    return ParameterError(
-        subject,
-        "fixed, or computed from others",
-        f"one of: {', '.join(known)}",
-        f"{kind}.varies declares what may differ from path to path",
-    )
+    got, expected = "fixed, or computed from others", f"one of: {', '.join(known)}"
+    remedy = f"{kind}.varies declares what may differ from path to path"
+    return ParameterError(subject, got, expected, remedy)
 
 
 def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> Array:
     """Values of one varied parameter, checked."""
     subject, shape = f"varied {name}", (paths, *parameter(loop, name).shape)
-    try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise ParameterError(subject, repr(given), "numbers") from error
+    values = numbers(subject, given)
     if values.shape != shape:
         raise ShapeError(subject, f"shape {values.shape}", f"shape {shape}")
     if not np.all(np.isfinite(values)):
@@ -168,24 +150,20 @@ def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> A
 
 
 def _check_can_vary(name: str, part: Any) -> None:
-    """Refuse to vary a part of which no copy can be made with another value.
+    """Raise ParameterError if no copy of a part can be made with another value.
 
-    Raises:
-        ParameterError: If it is no dataclass or NamedTuple, or has attributes that it may have
-            computed from its fields when it was made.
+    That is so if it is no dataclass or NamedTuple, or has attributes that it may have computed
+    from its fields when it was made.
     """
-    kind = type(part).__name__
+    subject, kind = f"varied {name}", type(part).__name__
     if not fields_of(part):
         got, remedy = f"{kind} has no fields", "write @dataclass(frozen=True) above it"
-        raise ParameterError(f"varied {name}", got, "a frozen dataclass", remedy)
+        raise ParameterError(subject, got, "a frozen dataclass", remedy)
     derived = getattr(part, "__dict__", {}).keys() - fields_of(part).keys() - cached(part)
     if derived:
-        raise ParameterError(
-            f"varied {name}",
-            f"{kind} computed {', '.join(sorted(derived))} when it was made",
-            "a part that computes it when it is needed",
-            "make it a cached_property, or make a loop for each value",
-        )
+        got = f"{kind} computed {', '.join(sorted(derived))} when it was made"
+        remedy = "make it a cached_property, or make a loop for each value"
+        raise ParameterError(subject, got, "a part that computes it when it is needed", remedy)
 
 
 def _replaced(part: Any, values: Mapping[str, Any]) -> Any:

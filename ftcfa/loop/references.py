@@ -95,13 +95,9 @@ class Sinusoid(Part):
 
     def __post_init__(self, frequency: None) -> None:
         if frequency is not None:
-            raise ParameterError(
-                "Sinusoid frequency",
-                repr(frequency),
-                "angular_frequency [rad/s]",
-                "multiply a frequency in Hz by 2 pi",
-                field="frequency",
-            )
+            got, remedy = repr(frequency), "multiply a frequency in Hz by 2 pi"
+            expected, key = "angular_frequency [rad/s]", "frequency"
+            raise ParameterError("Sinusoid frequency", got, expected, remedy, field=key)
         super().__post_init__()
         names = ("amplitude", "angular_frequency", "phase", "offset")
         rows = {name: joint_values(f"Sinusoid {name}", getattr(self, name)) for name in names}
@@ -197,11 +193,8 @@ class Table(_Tabulated):
             header = bool(rows) and not _is_number(rows[0].split(",")[0])
             table = np.array([row.split("#")[0].split(",") for row in rows[header:]], dtype=float)
         except (OSError, ValueError) as error:
-            raise ParameterError(
-                str(file),
-                f"unreadable ({error})",
-                "a CSV table: time, then one column for each joint",
-            ) from error
+            expected = "a CSV table: time, then one column for each joint"
+            raise ParameterError(str(file), f"unreadable ({error})", expected) from error
         if table.ndim != 2 or min(table.shape) < 2:
             raise ParameterError(str(file), f"shape {table.shape}", "two rows and columns or more")
         return cls(*_table(str(file), table[:, 0], table[:, 1:]))

@@ -48,21 +48,14 @@ def check_pure(loop: ClosedLoop) -> None:
     state = loop.init(Desired(*(row[0] for row in loop.reference.at(np.zeros(1)))))
     for leaf in leaves(state[1:]):
         if not isinstance(leaf, np.ndarray | Number):
-            raise TracingError(
-                f"{_author(loop, START)}: {START}",
-                f"holds a {type(leaf).__name__}",
-                "numbers and arrays, in tuples or NamedTuples",
-                "return such a state",
-            )
+            subject, got = f"{_author(loop, START)}: {START}", f"holds a {type(leaf).__name__}"
+            expected = "numbers and arrays, in tuples or NamedTuples"
+            raise TracingError(subject, got, expected, "return such a state")
+    fault = "the same inputs gave results that differ by"
+    remedy = "return everything that the law remembers as its state; draw no random numbers"
     for once, again in zip(_samples(loop), _samples(loop), strict=True):
-        _compare(
-            loop,
-            again.results.items(),
-            once,
-            tolerance=0.0,
-            fault="the same inputs gave results that differ by",
-            remedy="return everything that the law remembers as its state; draw no random numbers",
-        )
+        for name, values in again.results.items():
+            _compare(loop, name, values, once, 0.0, fault, remedy)
 
 
 def check_agreement(
@@ -73,15 +66,11 @@ def check_agreement(
     Raises:
         TracingError: If they differ.
     """
+    fault = "traced, it differs from the loop's own by"
+    remedy = "hide no state, and do not test the type of a value"
     for sample in _samples(loop):
-        _compare(
-            loop,
-            by_code(sample),
-            sample,
-            tolerance=AGREEMENT,
-            fault="traced, it differs from the loop's own by",
-            remedy="hide no state, and do not test the type of a value",
-        )
+        for name, values in by_code(sample):
+            _compare(loop, name, values, sample, AGREEMENT, fault, remedy)
 
 
 def _samples(loop: ClosedLoop) -> Iterator[Sample]:
@@ -111,22 +100,13 @@ def _samples(loop: ClosedLoop) -> Iterator[Sample]:
 
 
 def _compare(
-    loop: ClosedLoop,
-    got: Iterable[tuple[str, Array]],
-    sample: Sample,
-    tolerance: float,
-    fault: str,
-    remedy: str,
+    loop: ClosedLoop, name: str, got: Array, sample: Sample, limit: float, fault: str, remedy: str
 ) -> None:
-    for name, values in got:
-        error = _difference(values, sample.results[name])
-        if error > tolerance:
-            raise TracingError(
-                f"{_author(loop, name)}: {name}",
-                f"{fault} {error:.1e} relative",
-                f"at most {tolerance:g}",
-                remedy,
-            )
+    """Raise TracingError if values of one quantity differ from those of a sample."""
+    error = _difference(got, sample.results[name])
+    if error > limit:
+        subject = f"{_author(loop, name)}: {name}"
+        raise TracingError(subject, f"{fault} {error:.1e} relative", f"at most {limit:g}", remedy)
 
 
 def _difference(got: Array, expected: Array) -> float:

@@ -76,6 +76,11 @@ class Assembly:
         """A vector of doubles to memory."""
         self.do(f"store {self.vector} {value}, ptr {self.address(base, index)}, align 8")
 
+    def store_all(self, values: Sequence[str], base: str) -> None:
+        """Vectors of doubles to memory from an address on."""
+        for i, value in enumerate(values):
+            self.store(value, base, i)
+
     def arithmetic(self, operation: str, x: str, y: str) -> str:
         """An arithmetic operation; LLVM may fuse a product with a sum."""
         return self.emit(f"{operation} contract {self.vector} {x}, {y}")
@@ -127,10 +132,9 @@ class Assembly:
         self.declarations.add(f"declare double @{symbol}({signature}) {PURE}")
         result = "poison"
         for lane in range(self.lanes):
-            scalars = [
-                self.emit(f"extractelement {self.vector} {x}, i64 {lane}") for x in arguments
-            ]
-            call = self.emit(f"call double @{symbol}({', '.join(f'double {s}' for s in scalars)})")
+            piece = f"extractelement {self.vector} {{}}, i64 {lane}"
+            values = ", ".join(f"double {self.emit(piece.format(x))}" for x in arguments)
+            call = self.emit(f"call double @{symbol}({values})")
             result = self.emit(f"insertelement {self.vector} {result}, double {call}, i64 {lane}")
         return result
 
@@ -157,9 +161,7 @@ Entries = Callable[[int], str]
 """Function from the place of an entry in an input to its value; it may append a load."""
 
 
-def normals(
-    asm: Assembly, seed: str, paths: str, step: str, stream: int, channels: int
-) -> list[str]:
+def normals(asm: Assembly, seed: str, paths: str, step: str, stream: int, count: int) -> list[str]:
     """Append the normal deviates of one step, those of `ftcfa.streams.standard_normals`.
 
     Args:
@@ -168,10 +170,10 @@ def normals(
         paths: Vector of words, the number of each lane's path.
         step: Vector of words, the number of the step.
         stream: Number of the stream, such as `ftcfa.streams.PLANT_NOISE`.
-        channels: Number of deviates.
+        count: Number of deviates.
     """
     deviates: list[str] = []
-    for pair in range((channels + 1) // 2):
+    for pair in range((count + 1) // 2):
         a, b = _threefry(asm, step, asm.word((stream << 32) + pair), seed, paths)
         u = asm.arithmetic("fsub", asm.constant(2.0), _in_one_two(asm, a))
         w = asm.arithmetic("fsub", _in_one_two(asm, b), asm.constant(1.0))
@@ -180,7 +182,7 @@ def normals(
         radius = asm.intrinsic("sqrt", asm.arithmetic("fmul", asm.constant(-2.0), log))
         for function in ("cos", "sin"):
             deviates.append(asm.arithmetic("fmul", radius, asm.elementary(function, angle)))
-    return deviates[:channels]
+    return deviates[:count]
 
 
 def _threefry(asm: Assembly, x: str, y: str, key0: str, key1: str) -> tuple[str, str]:
@@ -194,10 +196,8 @@ def _threefry(asm: Assembly, x: str, y: str, key0: str, key1: str) -> tuple[str,
     for r in range(ROUNDS):
         x = word("add", x, y)
         bits = asm.word(ROTATIONS[r % 8])
-        turned = asm.emit(
-            f"call {asm.words} {rotate}({asm.words} {y}, {asm.words} {y}, {asm.words} {bits})"
-        )
-        y = word("xor", turned, x)
+        values = f"{asm.words} {y}, {asm.words} {y}, {asm.words} {bits}"
+        y = word("xor", asm.emit(f"call {asm.words} {rotate}({values})"), x)
         if r % 4 == 3:
             injection = r // 4 + 1
             x = word("add", x, keys[injection % 3])

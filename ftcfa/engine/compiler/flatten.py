@@ -1,6 +1,7 @@
 """States, which are nested tuples of arrays, as flat lists of arrays and back."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,16 @@ def flat(tree: Any) -> Array:
     """All numbers of nested tuples in one vector, each array row by row."""
     rows = [np.ravel(np.asarray(leaf, dtype=float)) for leaf in leaves(tree)]
     return np.concatenate([*rows, np.zeros(0)])
+
+
+def split(rows: Array, shapes: Iterable[tuple[int, ...]]) -> list[Array]:
+    """Arrays, each of shape (..., *shape), whose entries are the last axis of rows; views of it."""
+    arrays, start = [], 0
+    for shape in shapes:
+        end = start + math.prod(shape)
+        arrays.append(rows[..., start:end].reshape((*rows.shape[:-1], *shape)))
+        start = end
+    return arrays
 
 
 def size(array: Traceable) -> int:

@@ -98,18 +98,14 @@ def _compiled(traced: TracedLoop, target: Target) -> Program:
         return _cache[key]
 
 
-def _machine_code(
-    text: str, symbols: set[str], optimisation: int = OPTIMISATION["run"]
-) -> llvm.ExecutionEngine:
+def _machine_code(text: str, symbols: set[str], level: int = 2) -> llvm.ExecutionEngine:
+    """Machine code of a module's text, for this machine."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     for symbol in symbols:
         bind(symbol)
     machine = llvm.Target.from_default_triple().create_target_machine(
-        cpu=llvm.get_host_cpu_name(),
-        features=llvm.get_host_cpu_features().flatten(),
-        opt=optimisation,
-        jit=True,
+        llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), opt=level, jit=True
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
@@ -123,15 +119,13 @@ def _module(name: str, asm: Assembly) -> str:
 
 
 def _init(traced: TracedLoop, target: Target) -> Assembly:
+    """Code of the initial state."""
     asm = Assembly(target)
     desired = _desired(asm, "0", traced.init.nnz_in(0))
-    seed, paths = _keys(asm)
-    count = traced.init.nnz_in(1)
-    noise = normals(asm, seed, paths, asm.word(0), INITIAL_STATE, count)
+    noise = normals(asm, *_keys(asm), asm.word(0), INITIAL_STATE, traced.init.nnz_in(1))
     inputs = [desired, noise.__getitem__, asm.memory("%parameters")]
     (state,) = lower(asm, traced.init, inputs)
-    for i, value in enumerate(state):
-        asm.store(value, "%state", i)
+    asm.store_all(state, "%state")
     asm.do("ret void")
     return asm
 
@@ -159,12 +153,10 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
     after, signals, u, (bounded,) = lower(asm, first, inputs)
     running = _not_diverged(asm, bounded)
-    for i, value in enumerate(after):
-        asm.store(asm.select(running, value, asm.constant(0.0)), "%state", i)
-    for i, value in enumerate(signals):
-        asm.store(asm.select(running, value, asm.constant(math.nan)), kept, i)
-    for i, value in enumerate(u):
-        asm.store(asm.select(running, value, asm.constant(0.0)), torque, i)
+    stores = (after, "%state", 0.0), (signals, kept, math.nan), (u, torque, 0.0)
+    for values, base, if_diverged in stores:
+        for i, value in enumerate(values):
+            asm.store(asm.select(running, value, asm.constant(if_diverged)), base, i)
     asm.do("%phase = urem i64 %tick, %every")
     asm.do("%keep_it = icmp eq i64 %phase, 0")
     asm.do("br i1 %keep_it, label %keep, label %further")
@@ -261,7 +253,6 @@ def _further_steps(
     noise = _noise(asm, traced.further, seed, paths, asm.emit(f"add i64 {step}, %k"))
     inputs = [asm.memory("%state"), asm.memory(torque), *noise, asm.memory("%parameters")]
     (after,) = lower(asm, traced.further, inputs)
-    for i, value in enumerate(after):
-        asm.store(value, "%state", i)
+    asm.store_all(after, "%state")
     asm.do("%k_next = add i64 %k, 1")
     asm.do("br label %substep_head")

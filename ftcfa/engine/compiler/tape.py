@@ -96,46 +96,23 @@ _ARITHMETIC: dict[int, Numeric] = {
     ca.OP_FMAX: _maximum,
     ca.OP_FMIN: lambda asm, x, y: _maximum(asm, x, y, "olt"),
 }
-_INTRINSICS = {
-    ca.OP_SQRT: "sqrt",
-    ca.OP_FABS: "fabs",
-    ca.OP_FLOOR: "floor",
-    ca.OP_CEIL: "ceil",
-    ca.OP_COPYSIGN: "copysign",
-}
+
+
+def _functions(names: str) -> dict[int, str]:
+    """Names of functions by CasADi's operation, such as "sin" by OP_SIN."""
+    return {getattr(ca, f"OP_{name.upper()}"): name for name in names.split()}
+
+
+_INTRINSICS = _functions("sqrt fabs floor ceil copysign")
 _ELEMENTARY = {
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_TAN: "tan",
-    ca.OP_ASIN: "asin",
-    ca.OP_ACOS: "acos",
-    ca.OP_ATAN: "atan",
-    ca.OP_SINH: "sinh",
-    ca.OP_COSH: "cosh",
-    ca.OP_TANH: "tanh",
-    ca.OP_ASINH: "asinh",
-    ca.OP_ACOSH: "acosh",
-    ca.OP_ATANH: "atanh",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_EXPM1: "expm1",
-    ca.OP_LOG1P: "log1p",
-    ca.OP_ERF: "erf",
-    ca.OP_POW: "pow",
+    **_functions("sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log expm1 log1p"),
+    **_functions("erf pow atan2 hypot fmod remainder"),
     ca.OP_CONSTPOW: "pow",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_HYPOT: "hypot",
-    ca.OP_FMOD: "fmod",
-    ca.OP_REMAINDER: "remainder",
 }
 
 
 def _numeric(operation: int) -> Numeric:
-    """Function that appends an operation on numbers.
-
-    Raises:
-        TracingError: If the compiled engine has no such operation.
-    """
+    """Function that appends an operation on numbers; TracingError if there is none."""
     if operation in _ARITHMETIC:
         return _ARITHMETIC[operation]
     if operation in _COMPARISONS:
@@ -145,9 +122,6 @@ def _numeric(operation: int) -> Numeric:
     if operation in _ELEMENTARY:
         return lambda asm, *x: asm.elementary(_ELEMENTARY[operation], *x)
     names = [name for name in dir(ca) if name.startswith("OP_") and getattr(ca, name) == operation]
-    raise TracingError(
-        f"operation {names[0].removeprefix('OP_').lower()}",
-        "cannot be compiled",
-        "arithmetic, comparisons and elementary functions",
-        'use engine="interpreted"',
-    )
+    subject = f"operation {names[0].removeprefix('OP_').lower()}"
+    expected = "arithmetic, comparisons and elementary functions"
+    raise TracingError(subject, "cannot be compiled", expected, 'use engine="interpreted"')

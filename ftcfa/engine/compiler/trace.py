@@ -2,7 +2,7 @@
 
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,22 +13,17 @@ import numpy as np
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.control.protocol import Desired
-from ftcfa.engine.compiler.agreement import (
-    DISTURBANCE,
-    MEMORY,
-    MOTION,
-    START,
-    Sample,
-    check_agreement,
-    check_pure,
-)
-from ftcfa.engine.compiler.flatten import flat, leaves, like, size
+from ftcfa.engine.compiler import agreement
+from ftcfa.engine.compiler.agreement import MEMORY, MOTION, START, Sample
+from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
 from ftcfa.loop.parameters import parameter, preparation, with_parameters
 from ftcfa.loop.twin import twin
 from ftcfa.model.symbols import SymbolArray, column, symbols
 from ftcfa.parts import fields_of
+
+Arrays = Sequence[Traceable]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +81,7 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
         code = known.pop(key, None)
         try:
             if code is None or not _agrees(loop, code):
-                check_pure(loop)  # before symbols can get into a state that a law hides
+                agreement.check_pure(loop)  # before symbols can get into a state that a law hides
                 code = _trace_anew(loop, names, varied)
                 _prove(loop, code)
         except TracingError:
@@ -129,9 +124,8 @@ def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
     for name, prepare in code.preparations:
         end = start + max(1, size(prepare(parameter(loop, name)[None])))
         if not used[start:end].any():
-            raise ParameterError(
-                f"varied {name}", "no effect on the motion", "a number that the loop computes with"
-            )
+            got, expected = "no effect on the motion", "a number that the loop computes with"
+            raise ParameterError(f"varied {name}", got, expected)
         start = end
 
 
@@ -145,14 +139,10 @@ def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
 
 
 def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
-    """Compare code with the loop at slightly changed parameters.
-
-    Raises:
-        TracingError: If they differ.
-    """
+    """Raise TracingError if code differs from the loop at slightly changed parameters."""
     rng = np.random.default_rng(0)
     values = {
-        name: parameter(loop, name) * (1.0 + DISTURBANCE * rng.standard_normal())
+        name: parameter(loop, name) * (1.0 + agreement.DISTURBANCE * rng.standard_normal())
         for name, _ in code.preparations  # a factor: a body stays a body
     }
     columns = [prepare(values[name][None]).ravel() for name, prepare in code.preparations]
@@ -166,19 +156,17 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
         noise = (sample.normals, sample.row)
         first = code.first(flat(sample.state), desired, *noise, parameters)
         after, signals, u, _ = map(_numbers, first)
-        start = 0
-        for name, shape in code.signals:
-            end = start + int(np.prod(shape))
-            yield name, signals[start:end]
-            start = end
+        arrays = split(signals, [shape for _, shape in code.signals])
+        yield from (
+            (name, array.ravel()) for (name, _), array in zip(code.signals, arrays, strict=True)
+        )
         yield "u", u
         yield MEMORY, after[len(motion) :]
         yield MOTION, after[: len(motion)]
         if code.further is not None:
-            further = code.further(motion, u, *noise, parameters)
-            yield MOTION, _numbers(further)
+            yield MOTION, _numbers(code.further(motion, u, *noise, parameters))
 
-    check_agreement(loop, by_code)
+    agreement.check_agreement(loop, by_code)
 
 
 def _numbers(column: ca.DM) -> Array:
@@ -191,39 +179,28 @@ def _trace(
     shapes: dict[str, tuple[int, ...]],
     inputs: list[Traceable],
 ) -> TracedLoop:
+    """Code of a loop's twin that holds symbols, for a state like the template's."""
     n = loop.arm.n
     state = like(template, iter([_symbol_like(leaf) for leaf in leaves(template)]))
     desired = Desired(*(symbols(name, n) for name in Desired._fields))
     normals = symbols("normals", loop.process.normals)
     row = symbols("row", loop.process.rows.shape[1])
-    noise = [_flat([normals]), _flat([row])]
-    parameters = _flat(inputs)
-
+    noise = [normals], [row]
     signals, after = loop.control(state, desired)
     motion = loop.advance(state.motion, signals["u"], normals, row)
     after = after._replace(motion=motion)
     _check_sizes(loop, template, after)
-    kept = [signals[name] for name in shapes]
-    first = _function(
-        "first",
-        [_flat(leaves(state)), _flat(desired), *noise, parameters],
-        [_flat(leaves(after)), _flat(kept), _flat([signals["u"]]), _flat([bounded(state)])],
-    )
+    results = leaves(after), [signals[name] for name in shapes], [signals["u"]], [bounded(state)]
+    first = _function("first", [leaves(state), desired, *noise, inputs], results)
     further = None
     if loop.substeps > 1:
         u = symbols("u", n)
         motion = loop.advance(state.motion, u, normals, row)
-        further = _function(
-            "further",
-            [_flat(leaves(state.motion)), _flat([u]), *noise, parameters],
-            [_flat(leaves(motion))],
-        )
+        held = [leaves(state.motion), [u], *noise, inputs]
+        further = _function("further", held, [leaves(motion)])
     initial = symbols("initial", loop.process.initial_normals)
-    init = _function(
-        "init",
-        [_flat(desired), _flat([initial]), parameters],
-        [_flat(leaves(loop.init(desired, initial)))],
-    )
+    start = leaves(loop.init(desired, initial))
+    init = _function("init", [desired, [initial], inputs], [start])
     return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
 
 
@@ -232,7 +209,12 @@ def _symbol_like(leaf: Array) -> Traceable:
     return symbols("x", *(shape or (1,))).reshape(shape)
 
 
-def _flat(arrays: Sequence[Traceable]) -> ca.SX:
+def _function(name: str, inputs: Iterable[Arrays], outputs: Iterable[Arrays]) -> ca.Function:
+    """Function of columns, each of which holds all entries of some arrays."""
+    return ca.Function(name, list(map(_flat, inputs)), list(map(_flat, outputs)), {"cse": True})
+
+
+def _flat(arrays: Arrays) -> ca.SX:
     """All entries of some arrays as one column, each array row by row."""
     columns = [ca.densify(column(a.reshape((size(a),)))) for a in map(_array, arrays)]
     return ca.vertcat(*columns) if columns else ca.SX(0, 1)
@@ -243,19 +225,12 @@ def _array(a: Any) -> Any:
     return a if isinstance(a, SymbolArray) else np.asarray(a, dtype=float)
 
 
-def _function(name: str, inputs: list[ca.SX], outputs: list[ca.SX]) -> ca.Function:
-    return ca.Function(name, inputs, outputs, {"cse": True})
-
-
 def _check_sizes(loop: ClosedLoop, before: LoopState, after: LoopState) -> None:
     sizes = [sum(size(leaf) for leaf in leaves(state)) for state in (before, after)]
     if sizes[0] != sizes[1]:
-        raise TracingError(
-            f"state of {type(loop.controller).__name__}",
-            f"{sizes[0]} numbers from init, {sizes[1]} from step (q and v among them)",
-            "as many",
-            "let init return a state of full size",
-        )
+        got = f"{sizes[0]} numbers from init, {sizes[1]} from step (q and v among them)"
+        subject, remedy = type(loop.controller).__name__, "let init return a state of full size"
+        raise TracingError(f"state of {subject}", got, "as many", remedy)
 
 
 def _not_traceable(loop: ClosedLoop, error: Exception) -> TracingError:
@@ -268,16 +243,11 @@ def _not_traceable(loop: ClosedLoop, error: Exception) -> TracingError:
     remedy = "use np.where for if, np.stack for np.array, np.logical_and for &, and NumPy for math"
     for part in (loop.controller, loop.vibration and loop.vibration.input):
         if part is not None and not fields_of(part):
-            kind = type(part).__name__
-            remedy += (
-                f"; if {kind} holds an Arm, make it a frozen dataclass with the Arm in a field"
-            )
-    return TracingError(
-        f"{where.filename}, line {where.lineno}: {where.line}",
-        f"cannot be traced ({type(error).__name__}: {reason})",
-        "NumPy expressions without branches on values",
-        remedy,
-    )
+            remedy += f"; if {type(part).__name__} holds an Arm, make it a frozen dataclass"
+            remedy += " with the Arm in a field"
+    subject = f"{where.filename}, line {where.lineno}: {where.line}"
+    got = f"cannot be traced ({type(error).__name__}: {reason})"
+    return TracingError(subject, got, "NumPy expressions without branches on values", remedy)
 
 
 _PACKAGE = str(Path(__file__).parents[2])
