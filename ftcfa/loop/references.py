@@ -14,6 +14,7 @@ from ftcfa.checks import Check, numbers
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
+from ftcfa.vibration.columns import reads_as_number
 
 
 class Reference(Protocol):
@@ -190,7 +191,7 @@ class Table(_Tabulated):
         try:
             lines = Path(file).read_text(encoding="utf-8-sig").splitlines()
             rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-            header = bool(rows) and not _is_number(rows[0].split(",")[0])
+            header = bool(rows) and not reads_as_number(rows[0].split(",")[0])
             table = np.array([row.split("#")[0].split(",") for row in rows[header:]], dtype=float)
         except (OSError, ValueError) as error:
             expected = "a CSV table: time, then one column for each joint"
@@ -230,11 +231,3 @@ def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[A
         got = f"time {t[row + 1]} follows {t[row]}"
         raise ParameterError(subject, got, "increasing times", field="times")
     return t, q
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

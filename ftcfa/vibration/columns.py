@@ -37,7 +37,7 @@ def read_columns(path: Path, times: bool) -> Columns:
     """
     readers = {".csv": _read_csv, ".txt": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     if path.suffix.lower() not in readers:
-        raise UnknownNameError(f"{path}: kind of file", path.suffix, tuple(readers))
+        raise UnknownNameError(f"{path}: kind of file", path.suffix, readers)
     try:
         table = readers[path.suffix.lower()](path, times)
     except OSError as error:
@@ -67,14 +67,14 @@ def _read_csv(path: Path, times: bool) -> Columns:
     cells = list(csv.reader((line for _, line in numbered), delimiter=delimiter))
     width = len(cells[0])
     names = _default_names(width, times)
-    if not all(_is_number(cell) for cell in cells[0]):
+    if not all(reads_as_number(cell) for cell in cells[0]):
         names, numbered, cells = tuple(c.strip() for c in cells[0]), numbered[1:], cells[1:]
     values = np.empty((len(cells), width))
     for i, ((row, _), line) in enumerate(zip(numbered, cells, strict=True)):
         if len(line) != width:
             raise ParameterError(f"{path}: row {row}", f"{len(line)} columns", f"{width} columns")
         for j, cell in enumerate(line):
-            if not _is_number(cell):
+            if not reads_as_number(cell):
                 subject = f"{path}: row {row}, column {j + 1} ({names[j]})"
                 raise ParameterError(subject, repr(cell.strip()), "a number")
             values[i, j] = float(cell)
@@ -125,7 +125,8 @@ def _default_names(width: int, times: bool) -> tuple[str, ...]:
     return ("time", *axes) if times else axes
 
 
-def _is_number(cell: str) -> bool:
+def reads_as_number(cell: str) -> bool:
+    """Whether a text is a number, such as "1e-3" or "nan"."""
     try:
         float(cell)
     except ValueError:

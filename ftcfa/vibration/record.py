@@ -25,8 +25,6 @@ Unit = Literal["m/s^2", "g", "rad/s^2", "deg/s^2"]
 
 SIZES = {"m/s^2": 1.0, "g": STANDARD_GRAVITY, "rad/s^2": 1.0, "deg/s^2": np.pi / 180.0}
 """Units of accelerations in m/s^2, of angular ones in rad/s^2."""
-SQUARED_SECOND = r"s(2|²|\*\*2)"
-"""Other ways to write s^2, as a regular expression."""
 JITTER = 0.02
 """Largest relative deviation of a time step from the mean step that counts as rounding."""
 GAP = 1.5
@@ -161,7 +159,7 @@ def _size(path: Path, axis: str, unit: str) -> float:
     if not unit:
         remedy = 'unit="g" or unit="m/s^2", or a header such as "x [g]"'
         raise ParameterError(f"{path}: unit of {axis}", "not stated", remedy)
-    usual = re.sub(SQUARED_SECOND, "s^2", unit)
+    usual = re.sub(r"s(2|²|\*\*2)", "s^2", unit)  # other ways to write s^2
     if usual not in SIZES:
         raise UnknownNameError(f"{path}: unit of {axis}", unit, SIZES)
     return SIZES[usual]

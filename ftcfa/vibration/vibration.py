@@ -87,20 +87,10 @@ class Vibration(Part):
         row: Traceable,
         step: float,
     ) -> tuple[Traceable, VibrationState]:
-        """Joint impulse over one step, and the state at its end.
+        """Joint impulse over one step, shape (n,) [N m s or N s], and the state at its end.
 
-        Args:
-            process: Result of `process`.
-            arm: The true robot.
-            q: Position at the start of the step (Ito), shape (n,) [rad or m].
-            v: Velocity at the start, shape (n,) [rad/s or m/s].
-            state: State at the start.
-            normals: Standard normal deviates, shape (process.normals,).
-            row: The step's row of ``process.rows``.
-            step: Length of the step [s].
-
-        Returns:
-            The impulse, shape (n,) [N m s or N s], and the state at the end of the step.
+        The arguments are those of `NoiseInput.impulse`, with the result of `process`, standard
+        normal deviates, shape (process.normals,), and the step's row of ``process.rows``.
         """
         increment, process_state = process.advance(state.process, normals, row)
         unscaled = (increment, *process.integrals(state.process, row))

@@ -149,11 +149,6 @@ class LinearFilter:
         """Stationary standard deviation of each output, shape (p,)."""
         return np.sqrt(np.einsum("ij,jk,ik->i", self.C, self._covariance, self.C))
 
-    def stationary_root(self) -> Array:
-        """Root R of P = R R^T, shape (n, n): x = R n, n standard normal, is stationary."""
-        root = root_of_covariance(self._covariance)
-        return np.pad(root, ((0, 0), (0, self.order - root.shape[1])))
-
     def scaled(self, factor: float) -> "LinearFilter":
         """The filter with its output times a factor."""
         return LinearFilter(self.A, self.B, self.C * factor)
@@ -220,7 +215,8 @@ class LinearFilter:
         second, twice = LinearFilter(self.A, self.B, E).integral()
         short = np.where(integrable[:, None], D - E @ B, 0.0)  # (p, r)
         B = B + x[:, None] * (np.linalg.pinv(E * x) @ short)
-        x0 = self.stationary_root()
+        start = root_of_covariance(self._covariance)
+        x0 = np.pad(start, ((0, 0), (0, n - start.shape[1])))  # (n, n)
         both = integrable & twice
         return SampledFilter(step, Phi[p:, p:], B, Phi[:p, p:], D, x0, E, second, both)
 

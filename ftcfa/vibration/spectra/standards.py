@@ -157,9 +157,11 @@ def _entry(path: Path, name: str, entry: Any) -> Standard:
     for key, text in texts.items():
         if not isinstance(text, str):
             raise ParameterError(f"{where}: {key}", repr(text), "a text")
-    levels = {key: entry[key] for key in LEVELS if key in entry}
-    for key, level in levels.items():
-        positive(f"{where}: {key}", level, "g")
+    levels = {}
+    for key in LEVELS:
+        if key in entry:
+            positive(f"{where}: {key}", entry[key], "g")
+            levels[key] = float(entry[key])
     unit = entry.get("unit", G_UNIT)
     if unit not in (G_UNIT, SI_UNIT):
         raise ParameterError(f"{where}: unit", repr(unit), f'"{G_UNIT}" or "{SI_UNIT}"')
