@@ -138,9 +138,9 @@ class _Writer:
         if not known:
             remedy = "a part of your own cannot be written: run its loop with simulate"
             self.refuse(name, f"a {kind.__name__}", "a part of ftcfa", remedy)
-        data = {} if known and alternatives(hint) == (kind,) else {"type": kind.__name__}
         if isinstance(part, Arm):
-            return data | self.source(part, name, check=known)
+            return {"type": "Arm", **self.source(part, name, check=known)}
+        data = {} if known and alternatives(hint) == (kind,) else {"type": kind.__name__}
         if dataclasses.is_dataclass(part):
             hints = hints_of(kind) if known else {}
             for field in dataclasses.fields(part):

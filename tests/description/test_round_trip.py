@@ -19,6 +19,7 @@ from ftcfa import (
     PDGravity,
     Record,
     RecordedAcceleration,
+    SlotineLi,
     Vibration,
     WhiteNoise,
     compare,
@@ -108,7 +109,8 @@ def test_every_public_part_can_be_written():
 
 
 def test_a_nominal_arm_that_is_the_true_one_is_written_once():
-    assert "nominal" not in Experiment(loop(), 1.0).to_text()
+    for law in (FTCF, SlotineLi):
+        assert "nominal" not in Experiment(loop(controller=law(ARM)), 1.0).to_text()
     assert (
         "nominal" not in Experiment(loop(controller=FTCF(load_arm("double_pendulum"))), 1).to_text()
     )
