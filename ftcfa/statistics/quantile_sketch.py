@@ -81,11 +81,7 @@ class QuantileSketch:
 
     @classmethod
     def empty(cls, shape: tuple[int, ...]) -> "QuantileSketch":
-        """A sketch of no paths.
-
-        Args:
-            shape: Shape of the entries, such as (time, quantity).
-        """
+        """A sketch of no paths whose entries have a shape, such as (time, quantity)."""
         return cls(np.zeros((*shape, BINS), dtype=np.int32))
 
     @classmethod

@@ -71,11 +71,9 @@ def sample_quantile(
     if x.ndim != 1 or x.size == 0:
         raise ShapeError("values of a quantile", f"shape {x.shape}", "shape (paths,), one or more")
     if np.any(np.isnan(x)):
+        remedy = "give +inf for what never happened, or leave the path out"
         raise ParameterError(
-            "values of a quantile",
-            f"{np.sum(np.isnan(x))} NaN",
-            "numbers",
-            "give +inf for what never happened, or leave the path out",
+            "values of a quantile", f"{np.sum(np.isnan(x))} NaN", "numbers", remedy
         )
     ordered = np.concatenate([[-np.inf], np.sort(x), [np.inf]])
     ranks = quantile_ranks(np.asarray(p, dtype=float), len(x), confidence)

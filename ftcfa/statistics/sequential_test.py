@@ -106,20 +106,17 @@ class SequentialTest(Part):
         """
         succeeded = np.asarray(outcomes, dtype=bool)
         if succeeded.ndim != 1:
-            raise ShapeError(
-                "SequentialTest outcomes", f"shape {succeeded.shape}", "shape (paths,)"
-            )
+            got = f"shape {succeeded.shape}"
+            raise ShapeError("SequentialTest outcomes", got, "shape (paths,)")
         succeeded = succeeded[: self.budget]
         S = np.concatenate([[0], np.cumsum(succeeded)])
         F = np.arange(len(S)) - S
         k = self._first_decision(S, F)
-        answer: Literal["yes", "no", "undecided"] = (
-            "yes"
-            if self._says_yes(S[k], F[k])
-            else "no"
-            if self._says_no(S[k], F[k])
-            else "undecided"
-        )
+        answer: Literal["yes", "no", "undecided"] = "undecided"
+        if self._says_yes(S[k], F[k]):
+            answer = "yes"
+        elif self._says_no(S[k], F[k]):
+            answer = "no"
         low, high = share_bounds(int(S[k]), k, self.beta)
         finished = answer != "undecided" or not self._open(int(S[k]), k)
         return Verdict(answer, int(S[k]), k, low, high, finished)

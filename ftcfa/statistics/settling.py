@@ -47,10 +47,7 @@ def practical_settling_time(
 def below_for_good(time: Array, values: Array, bound: float) -> float:
     """Earliest time from which values stay below a bound to the end; NaN if they do not.
 
-    Args:
-        time: Times, shape (k,).
-        values: Values, shape (k,); NaN counts as not below.
-        bound: The bound.
+    Times and values have the shape (k,); a value of NaN counts as not below.
     """
     outside = np.flatnonzero(~(values < bound))
     first = int(outside[-1]) + 1 if outside.size else 0

@@ -79,12 +79,9 @@ def bounds(
 def saturation_gap(actual: Array, nominal: Array) -> Array:
     """Largest |sat(u) - eta(u)| over all u, called etabar, shape (n,) [N m or N].
 
-    sat clips at the actual limit a, and eta(u) = b tanh(u/b) has the nominal limit b. Their
-    difference rises to a - b tanh(a/b) at u = a and falls to a - b as u grows.
-
-    Args:
-        actual: Effort limits of the plant, shape (n,) [N m or N].
-        nominal: Effort limits of the nominal arm, shape (n,) [N m or N].
+    sat clips at the plant's actual limit a, and eta(u) = b tanh(u/b) has the limit b of the nominal
+    arm, shape (n,) each. Their difference rises to a - b tanh(a/b) at u = a and falls to a - b as u
+    grows.
     """
     peak = actual - smooth_saturation(actual, nominal)
     return np.maximum(np.abs(peak), np.abs(actual - nominal))

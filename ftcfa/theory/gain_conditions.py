@@ -88,10 +88,7 @@ def compensation_coefficient(n: int, kappa: float, weight: float) -> float:
 
         s = w_s - kappa N^(1+3/kappa)/(kappa+3),   N = n^((1-kappa)/2)
 
-    Args:
-        n: Number of joints.
-        kappa: The fractional power.
-        weight: w_s.
+    for n joints, the fractional power kappa and the weight w_s.
     """
     N = n ** ((1 - kappa) / 2)
     return float(weight - kappa * N ** (1 + 3 / kappa) / (kappa + 3))

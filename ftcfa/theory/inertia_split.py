@@ -128,9 +128,8 @@ def _largest_change(nominal: Arm, inertias: Array, start: Array) -> tuple[float,
     def objective(q: Array) -> tuple[float, Array]:
         values, vectors = np.linalg.eigh(inertia_split(nominal, robot, q).change)
         k = np.abs(values).argmax()
-        gradient = quadratic_gradient(robot, q, vectors[:, k]) - quadratic_gradient(
-            nominal, q, vectors[:, k]
-        )
+        x = vectors[:, k]
+        gradient = quadratic_gradient(robot, q, x) - quadratic_gradient(nominal, q, x)
         return -np.abs(values[k]), -np.sign(values[k]) * gradient
 
     negative, posture = least(objective, start, nominal)

@@ -185,11 +185,7 @@ class Bounds:
         return float(self.V0**rest * fall / (self.sigma * self.Delta))
 
     def time_average(self, t: float) -> float:
-        """Bound of the time average of E V^p over [0, t], Gamma/Delta + V0/(Delta t).
-
-        Args:
-            t: Length of the time [s].
-        """
+        """Bound of the time average of E V^p over [0, t] [s], Gamma/Delta + V0/(Delta t)."""
         return (self.Gamma + self.V0 / t) / self.Delta if self.applies else np.inf
 
     def best_weight(self) -> tuple[float, float]:
