@@ -15,17 +15,17 @@ LOOP = ClosedLoop(PENDULUM, FTCF(PENDULUM), REFERENCE)
 class Pair:
     """A law that returns (u, state), the commonest first mistake."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return np.zeros_like(q), state
 
 
 class Clash(Pair):
     """A law with a signal named like a coordinate of the Dataset."""
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": np.zeros_like(q), "time": np.zeros(1)}, state
 
 

@@ -72,7 +72,7 @@ class CommandFilteredBackstepping(Law):
     def _virtual_control(self, z1: Traceable, dq_d: Traceable) -> Traceable:
         return -self.gains.position_rate * z1 + dq_d
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FilteredState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FilteredState:
         """psi1(0) = alpha(0); all else zero."""
         alpha = self._virtual_control(q - desired.q, desired.v)
         return FilteredState(command_filter(self.filter).init(alpha), np.zeros_like(q), np.zeros(1))

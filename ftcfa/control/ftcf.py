@@ -125,7 +125,7 @@ class FTCF(Law):
         super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FTCFState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FTCFState:
         """psi1(0) = alpha(0); all else zero."""
         zero = np.zeros_like(q)
         alpha = virtual_control(self.gains, q - desired.q, desired.v, zero)

@@ -120,17 +120,12 @@ class MemorylessLaw(Law, ABC):
     def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
         """The signals of one sample: see `Controller.step`."""
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:
         """The empty state."""
         return Memoryless()
 
     def step(
-        self,
-        state: Memoryless,
-        q: Traceable,
-        v: Traceable,
-        desired: Desired,
-        period: float,  # noqa: ARG002
+        self, state: Memoryless, q: Traceable, v: Traceable, desired: Desired, period: float
     ) -> tuple[Signals, Memoryless]:
         """One sample of the law: see `Controller.step`."""
         return self.signals(q, v, desired), state

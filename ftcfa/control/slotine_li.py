@@ -70,7 +70,7 @@ class SlotineLi(Law):
         "position_rate", "velocity_rate", "adaptation_rate", "leakage"
     )
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SlotineLiState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SlotineLiState:
         """The nominal parameters: d(0) = 0."""
         return SlotineLiState(np.zeros_like(self.nominal.inertial_weights))
 

@@ -62,7 +62,7 @@ class SuperTwisting(Law):
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SuperTwistingState:  # noqa: ARG002
+    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SuperTwistingState:
         """nu(0) = 0."""
         return SuperTwistingState(np.zeros_like(q))
 

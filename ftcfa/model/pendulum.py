@@ -63,7 +63,7 @@ class PaperPendulum:
         """h(q), shape (2,) [N m]."""
         return self.g * self._moment * np.sin(q)
 
-    def damping_matrix(self, v: Traceable) -> Traceable:  # noqa: ARG002
+    def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v) = 0: no friction, shape (2, 2)."""
         return np.zeros((2, 2))
 

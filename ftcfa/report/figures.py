@@ -56,10 +56,7 @@ STYLE: Any = {
 
 
 _KEY: dict[str, Any] = {"loc": "upper right", "ncols": 2, "frameon": False}
-_AT_DATA: dict[str, Any] = {
-    "xycoords": ("axes fraction", "data"),
-    "textcoords": "offset points",
-}
+_AT_DATA: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
 """Options of a label at a height of the data, beside or inside the axes."""
 
 

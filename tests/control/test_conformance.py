@@ -114,7 +114,7 @@ def test_every_signal_has_a_unit_and_a_meaning(loop):
 class Spring(MemorylessLaw):
     """A user's law that lists no quantities."""
 
-    def signals(self, q, v, desired):  # noqa: ARG002
+    def signals(self, q, v, desired):
         return {"u": desired.q - q, "stretch": q - desired.q}
 
 

@@ -210,13 +210,13 @@ class Mass:
 
     n = 1
 
-    def mass_matrix(self, q):  # noqa: ARG002
+    def mass_matrix(self, q):
         return np.eye(1)
 
-    def bias_force(self, q, v):  # noqa: ARG002
+    def bias_force(self, q, v):
         return np.zeros(1)
 
-    def damping_matrix(self, v):  # noqa: ARG002
+    def damping_matrix(self, v):
         return np.zeros((1, 1))
 
 

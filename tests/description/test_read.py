@@ -8,12 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ftcfa import (
-    Experiment,
-    ExperimentError,
-    load_arm,
-    load_experiment,
-)
+from ftcfa import Experiment, ExperimentError, load_arm, load_experiment
 
 from .loops import FILE
 

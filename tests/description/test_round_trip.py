@@ -136,10 +136,10 @@ SHORT = 10_000
 class Push:
     """A law of a user's own."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": np.zeros_like(q)}, state
 
 
@@ -149,7 +149,7 @@ class Peak:
     def init(self, n):
         return np.zeros(n)
 
-    def step(self, state, signals, period):  # noqa: ARG002
+    def step(self, state, signals, period):
         return np.maximum(state, np.abs(signals["u"]))
 
 

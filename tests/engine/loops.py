@@ -72,10 +72,10 @@ class Spring:
     d: float = 0.0
     varies = number_fields("k", "d")
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return Nothing()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": -self.k * (q - desired.q) - self.d * v}, state
 
 
@@ -94,7 +94,7 @@ class PI:
     i: float = 20.0
     varies = number_fields("p", "i")
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return Integral(np.zeros_like(q), 0)
 
     def step(self, state, q, v, desired, period):
@@ -130,19 +130,19 @@ class Masses:
     def home(self):
         return np.zeros(self.n)
 
-    def mass_matrix(self, q):  # noqa: ARG002
+    def mass_matrix(self, q):
         return np.eye(self.n)
 
     def potential_force(self, q):
         return np.zeros_like(q)
 
-    def damping_matrix(self, v):  # noqa: ARG002
+    def damping_matrix(self, v):
         return np.zeros((self.n, self.n))
 
-    def bias_force(self, q, v):  # noqa: ARG002
+    def bias_force(self, q, v):
         return np.zeros_like(q)
 
-    def base_coupling(self, q):  # noqa: ARG002
+    def base_coupling(self, q):
         return np.zeros((self.n, 6))
 
 
@@ -152,7 +152,7 @@ class Force:
 
     channels: int = 2
 
-    def matrix(self, arm, q):  # noqa: ARG002
+    def matrix(self, arm, q):
         return np.eye(self.channels)
 
 

@@ -84,19 +84,19 @@ class Oscillators:
     def home(self):
         return np.zeros(self.n)
 
-    def mass_matrix(self, q):  # noqa: ARG002
+    def mass_matrix(self, q):
         return np.eye(self.n)
 
     def potential_force(self, q):
         return self.stiffness * q
 
-    def damping_matrix(self, v):  # noqa: ARG002
+    def damping_matrix(self, v):
         return np.zeros((self.n, self.n))
 
     def bias_force(self, q, v):
         return self.damping * v + self.stiffness * q
 
-    def base_coupling(self, q):  # noqa: ARG002
+    def base_coupling(self, q):
         return np.zeros((self.n, 6))
 
 
@@ -106,7 +106,7 @@ class Force:
 
     channels: int
 
-    def matrix(self, arm, q):  # noqa: ARG002
+    def matrix(self, arm, q):
         return np.eye(self.channels)
 
 
@@ -117,10 +117,10 @@ class Spring:
     k: float = 0.0
     d: float = 0.0
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": -self.k * (q - desired.q) - self.d * v}, state
 
 
@@ -339,7 +339,7 @@ class Chatty(Spring):
 
     seen: list = field(default_factory=list, compare=False)
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return np.zeros(3)
 
     def step(self, state, q, v, desired, period):
@@ -361,7 +361,7 @@ def test_a_users_law_may_branch_and_signal_what_it_likes():
 @pytest.mark.parametrize("u", [np.zeros(3), np.zeros((2, 1)), 0.0])
 def test_a_law_with_a_torque_of_the_wrong_shape_is_refused(u):
     class Wrong(Spring):
-        def step(self, state, q, v, desired, period):  # noqa: ARG002
+        def step(self, state, q, v, desired, period):
             return {"u": u}, state
 
     loop = ClosedLoop(PaperPendulum(), Wrong(), Constant([0.0, 0.0]))
@@ -445,7 +445,7 @@ def test_growth_beyond_all_numbers_within_one_sample_is_a_divergence(engine):
 
 def test_a_law_that_asks_for_no_number_is_a_divergence(engine):
     class Broken(Spring):
-        def step(self, state, q, v, desired, period):  # noqa: ARG002
+        def step(self, state, q, v, desired, period):
             return {"u": 0.0 * q + np.where(q[0] < 0.5, np.inf - np.inf, 0.0)}, state
 
     loop = ClosedLoop(PaperPendulum(), Broken(), Constant([0.0, 0.0]), q0=[1.0, 0.0])

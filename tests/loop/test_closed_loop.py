@@ -36,10 +36,10 @@ class Push:
 
     torque: tuple[float, float]
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return 0
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": np.array(self.torque), "count": np.array(state)}, state + 1
 
 
@@ -181,8 +181,7 @@ def test_the_torque_depends_on_the_nominal_arm_and_not_on_the_true_one():
     torques = [
         ClosedLoop(arm, law, HELD, q0=0.1).step(
             LoopState(
-                Motion(np.full(2, 0.1), np.zeros(2)),
-                law.init(np.full(2, 0.1), np.zeros(2), STILL),
+                Motion(np.full(2, 0.1), np.zeros(2)), law.init(np.full(2, 0.1), np.zeros(2), STILL)
             ),
             STILL,
             np.zeros((1, 0)),

@@ -247,10 +247,10 @@ class Mixed:
     def stiffness(self):
         return self.gains.p + self.inner.k
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return None
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         u = -self.stiffness * q - self.gains.d * v + self.inner.k * desired.q + self.bias
         return {"u": u}, state
 

@@ -242,8 +242,7 @@ XARM = load_arm("xarm7")
 
 
 @given(
-    v=st.lists(st.floats(-10, 10), min_size=7, max_size=7),
-    step=st.sampled_from([1e-4, 1e-3, 1e-2]),
+    v=st.lists(st.floats(-10, 10), min_size=7, max_size=7), step=st.sampled_from([1e-4, 1e-3, 1e-2])
 )
 def test_friction_only_ever_takes_energy(v, step):
     """xarm7 has 1 N m of friction on a last link of 1e-4 kg m^2: 1e4 rad/s^2 if explicit."""

@@ -55,9 +55,7 @@ def test_a_urdf_without_dynamics_has_no_friction() -> None:
     assert not load_arm("double_pendulum").friction_force(np.ones(2)).any()
 
 
-def test_friction_of_a_mimic_joint_counts_through_its_multiplier(
-    urdf: Callable[..., Path],
-) -> None:
+def test_friction_of_a_mimic_joint_counts_through_its_multiplier(urdf: Callable[..., Path]) -> None:
     dynamics = '<dynamics damping="2" friction="0.5"/>'
     mimic = '<mimic joint="shoulder" multiplier="-3"/>'
     arm = load_arm(urdf(with_elbow(AXIS_Y + LIMIT + dynamics + mimic)))

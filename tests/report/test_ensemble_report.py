@@ -43,10 +43,10 @@ def shaken(controller, reference, intensity, **start):
 class NoLaw:
     """No torque."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": 0.0 * q}, state
 
 

@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ftcfa.report.reproduction import (
-    FIGURES,
-    print_summary,
-    reproduction_files,
-    summary_record,
-)
+from ftcfa.report.reproduction import FIGURES, print_summary, reproduction_files, summary_record
 from ftcfa.study.reproduction import CASES, QUICK_CASES, run_case
 
 DURATION = 0.1

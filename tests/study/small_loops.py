@@ -33,13 +33,13 @@ class Masses:
         self.effort_limit = np.full(n, 1e9)
         self.home = np.zeros(n)
 
-    def mass_matrix(self, q):  # noqa: ARG002
+    def mass_matrix(self, q):
         return np.eye(self.n)
 
-    def damping_matrix(self, v):  # noqa: ARG002
+    def damping_matrix(self, v):
         return np.zeros((self.n, self.n))
 
-    def bias_force(self, q, v):  # noqa: ARG002
+    def bias_force(self, q, v):
         return np.zeros_like(q)
 
 
@@ -49,7 +49,7 @@ class Push:
     def __init__(self, n):
         self.channels = n
 
-    def matrix(self, arm, q):  # noqa: ARG002
+    def matrix(self, arm, q):
         return np.eye(self.channels)
 
 
@@ -59,10 +59,10 @@ class Spring:
     def __init__(self, k, d):
         self.k, self.d = k, d
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": -self.k * q - self.d * v}, state
 
 

@@ -141,10 +141,10 @@ def test_shares_are_compared_by_mcnemars_exact_test(result):
 class Thrown:
     """A law that always pushes with all its might."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": 1e9 * np.ones_like(q)}, state
 
 

@@ -132,7 +132,7 @@ class CtrlC:
     def __init__(self, chunks):
         self.left = chunks
 
-    def __call__(self, done, paths):  # noqa: ARG002
+    def __call__(self, done, paths):
         self.left -= 1
         if not self.left:
             raise KeyboardInterrupt

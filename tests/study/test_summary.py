@@ -51,10 +51,10 @@ def pendulum():
 class NoLaw:
     """No torque: what shakes alone decides."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": 0.0 * q}, state
 
 

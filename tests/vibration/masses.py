@@ -19,13 +19,13 @@ class Mass:
         self.effort_limit = np.ones(n)
         self.home = np.zeros(n)
 
-    def mass_matrix(self, q):  # noqa: ARG002
+    def mass_matrix(self, q):
         return np.eye(self.n)
 
-    def damping_matrix(self, v):  # noqa: ARG002
+    def damping_matrix(self, v):
         return np.zeros((self.n, self.n))
 
-    def bias_force(self, q, v):  # noqa: ARG002
+    def bias_force(self, q, v):
         return np.zeros_like(q)
 
 
@@ -35,17 +35,17 @@ class Push:
     def __init__(self, channels=1):
         self.channels = channels
 
-    def matrix(self, arm, q):  # noqa: ARG002
+    def matrix(self, arm, q):
         return np.eye(self.channels)
 
 
 class Rest:
     """A law that does nothing."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": np.zeros_like(q)}, state
 
 

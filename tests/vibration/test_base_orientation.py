@@ -97,10 +97,10 @@ class Weightless:
 
     n, home, gravity = 1, np.zeros(1), np.zeros(3)
 
-    def base_coupling(self, q):  # noqa: ARG002
+    def base_coupling(self, q):
         return np.zeros((1, 6))
 
-    def base_rotation_force(self, q, v, omega):  # noqa: ARG002
+    def base_rotation_force(self, q, v, omega):
         return np.zeros(1)
 
 

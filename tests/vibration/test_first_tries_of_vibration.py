@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from ftcfa import (
-    JointTorque,
-    ParameterError,
-    RecordedAcceleration,
-    ShapedNoise,
-    load_arm,
-    realise,
-)
+from ftcfa import JointTorque, ParameterError, RecordedAcceleration, ShapedNoise, load_arm, realise
 
 
 def test_the_name_of_a_file_is_no_record():

@@ -37,11 +37,7 @@ ACCELERATION = 1e-8
 """Of joint accelerations, relative to the largest."""
 STATES = 50
 FINGERS = ("panda_finger_joint1", "panda_finger_joint2")
-PENDULUM_MAP = {
-    "shoulder": (1.0, 0.0),
-    "carrier_joint": (-1.0, 0.0),
-    "elbow": (0.0, 1.0),
-}
+PENDULUM_MAP = {"shoulder": (1.0, 0.0), "carrier_joint": (-1.0, 0.0), "elbow": (0.0, 1.0)}
 
 
 def mujoco_model(robot, base):
@@ -126,10 +122,10 @@ class Held:
     def __init__(self, arm):
         self.torque = arm.potential_force(arm.home)
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": self.torque}, state
 
 

@@ -9,13 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import (
-    Check,
-    finite_numbers,
-    not_negative_numbers,
-    positive_numbers,
-    vector,
-)
+from ftcfa.checks import Check, finite_numbers, not_negative_numbers, positive_numbers, vector
 from ftcfa.parts import Parameters, number_fields
 from ftcfa.vibration.excitation import Excitation, Process
 from ftcfa.vibration.spectra.spectrum import check_step

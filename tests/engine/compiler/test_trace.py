@@ -26,10 +26,10 @@ from ..loops import PI, Spring, masses, shaken
 class Law:
     """A user's law without memory."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         return {"u": self.torque(q, v)}, state
 
 
@@ -143,7 +143,7 @@ class HiddenDict(Law):
 class HiddenUntilInit(HiddenDict):
     """The same, but each path starts anew."""
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         self.memory = {}
         return ()
 
@@ -206,7 +206,7 @@ class Stateful(Law):
     def __init__(self, start):
         self.start = start
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return self.start
 
     def step(self, state, q, v, desired, period):
@@ -236,7 +236,7 @@ def test_a_state_that_code_cannot_hold_is_interpreted(start, reason):
 
 
 class NoState(Spring):
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return None
 
 
@@ -259,10 +259,10 @@ class ComputedTorque:
 
     robots: tuple
 
-    def init(self, q, v, desired):  # noqa: ARG002
+    def init(self, q, v, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):  # noqa: ARG002
+    def step(self, state, q, v, desired, period):
         arm = self.robots[0]
         a = desired.a - 20.0 * (v - desired.v) - 100.0 * (q - desired.q)
         u = arm.mass_matrix(q) @ a + arm.coriolis_matrix(q, v) @ v + arm.potential_force(q)
@@ -421,10 +421,10 @@ def test_a_law_whose_gains_were_changed_is_traced_anew():
     class Mutable:
         k: float
 
-        def init(self, q, v, desired):  # noqa: ARG002
+        def init(self, q, v, desired):
             return ()
 
-        def step(self, state, q, v, desired, period):  # noqa: ARG002
+        def step(self, state, q, v, desired, period):
             return {"u": -self.k * q - v}, state
 
     loop = masses(law=Mutable(1.0), q0=[0.3, -0.2], period=0.01)

@@ -148,11 +148,7 @@ def test_home_is_zero_or_the_middle_of_a_range_without_zero(urdf: Callable[..., 
 @pytest.mark.parametrize(
     ("options", "error", "sentence"),
     [
-        (
-            {"gravity": "down"},
-            ShapeError,
-            "gravity: 'down', expected a number or 3 numbers",
-        ),
+        ({"gravity": "down"}, ShapeError, "gravity: 'down', expected a number or 3 numbers"),
         ({"gravity": [1, 2]}, ShapeError, "gravity: shape (2,), expected a number or shape (3,)"),
         (
             {"gravity": [1, [2, 3]]},
@@ -208,10 +204,7 @@ def test_home_is_zero_or_the_middle_of_a_range_without_zero(urdf: Callable[..., 
     ],
 )
 def test_an_unusable_option_is_refused_in_one_sentence(
-    urdf: Callable[..., Path],
-    options: dict[str, Any],
-    error: type[FtcfaError],
-    sentence: str,
+    urdf: Callable[..., Path], options: dict[str, Any], error: type[FtcfaError], sentence: str
 ) -> None:
     file = urdf(TWO_JOINTS)
     with pytest.raises(error) as caught:

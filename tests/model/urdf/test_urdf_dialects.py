@@ -120,10 +120,7 @@ def two_joints(urdf: Callable[..., Path]) -> Arm:
 
 @pytest.mark.parametrize("text", DIALECTS.values(), ids=DIALECTS.keys())
 def test_a_dialect_loads_as_the_same_robot(
-    urdf: Callable[..., Path],
-    two_joints: Arm,
-    text: str | bytes,
-    capfd: pytest.CaptureFixture[str],
+    urdf: Callable[..., Path], two_joints: Arm, text: str | bytes, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert_same_robot(load_arm(urdf(text)), two_joints)
     assert capfd.readouterr().err == ""  # no parser complains behind our back
@@ -141,9 +138,7 @@ def test_a_missing_inertial_origin_is_the_link_frame(urdf: Callable[..., Path]) 
     assert_same_robot(load_arm(urdf(text)), plain)
 
 
-def test_a_prismatic_joint_without_position_limits_is_unlimited(
-    urdf: Callable[..., Path],
-) -> None:
+def test_a_prismatic_joint_without_position_limits_is_unlimited(urdf: Callable[..., Path]) -> None:
     text = with_elbow('<axis xyz="0 0 1"/><limit effort="5" velocity="1"/>', "prismatic")
     arm = load_arm(urdf(text))
     assert arm.joint_types == ("revolute", "prismatic")

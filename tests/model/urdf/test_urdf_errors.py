@@ -61,10 +61,7 @@ BAD = {
         with_elbow('<limit lower="${-pi}" upper="1" effort="1"/>'),
         f" joint 'elbow': <limit lower=\"${{-pi}}\">, expected a finite number; {FINITE}",
     ),
-    "no links": (
-        robot(),
-        " no links, expected links and joints in <robot>; export it again",
-    ),
+    "no links": (robot(), " no links, expected links and joints in <robot>; export it again"),
     "a single link": (
         robot(BASE),
         " no joint moves, expected at least one free joint; export it with movable joints",
@@ -296,9 +293,7 @@ def test_all_joints_locked(urdf: Callable[..., Path]) -> None:
     )
 
 
-def test_an_unphysical_link_that_does_not_move_is_only_warned_of(
-    urdf: Callable[..., Path],
-) -> None:
+def test_an_unphysical_link_that_does_not_move_is_only_warned_of(urdf: Callable[..., Path]) -> None:
     warning = "mass is -1 kg; ignored because the link does not move"
     arm = load_arm(urdf(robot(link("base", -1), link("upper"), SHOULDER)))
     assert arm.warnings == (f"link 'base': {warning}",)

@@ -7,13 +7,7 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
-from ftcfa import (
-    Harmonic,
-    ParameterError,
-    RandomPhase,
-    ShapeError,
-    simulate_paths,
-)
+from ftcfa import Harmonic, ParameterError, RandomPhase, ShapeError, simulate_paths
 
 from ..masses import CONFIDENCE, check_engines, pushed, run_process
 

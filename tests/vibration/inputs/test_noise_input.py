@@ -59,10 +59,7 @@ def printed(q1, q2):
                 -M1 * L1 * cos(q1) + 0.5 * M2 * L1 * sin(q1) * sin(2 * (q2 - q1)),
                 -M1 * L1 * sin(q1) - 0.5 * M2 * L1 * cos(q1) * sin(2 * (q2 - q1)),
             ],
-            [
-                M2 * L2 * sin(q1) * sin(2 * (q2 - q1)),
-                -M2 * L2 * cos(q1) * sin(2 * (q2 - q1)),
-            ],
+            [M2 * L2 * sin(q1) * sin(2 * (q2 - q1)), -M2 * L2 * cos(q1) * sin(2 * (q2 - q1))],
         ]
     )
 
@@ -304,7 +301,7 @@ class Trolley(NoiseInput):
     def init(self):
         return np.zeros(2)
 
-    def impulse(self, arm, q, v, state, integrals, step):  # noqa: ARG002
+    def impulse(self, arm, q, v, state, integrals, step):
         x, dx = state[0], state[1]
         change = integrals.increment[0] - 400.0 * step * x
         after = np.stack([x + step * (dx + change), dx + change])

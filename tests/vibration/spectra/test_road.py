@@ -7,13 +7,7 @@ import pytest
 
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
-from ftcfa.vibration.spectra.road import (
-    PASSENGER_CAR,
-    ROAD_CLASSES,
-    TRUCK,
-    QuarterCar,
-    Road,
-)
+from ftcfa.vibration.spectra.road import PASSENGER_CAR, ROAD_CLASSES, TRUCK, QuarterCar, Road
 
 FREQUENCIES = np.geomspace(0.05, 200.0, 300)
 
