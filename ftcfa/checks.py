@@ -118,6 +118,8 @@ def having(method: str, expected: str) -> Callable[[str, Any], None]:
     """The check that a part has a method, such as ``mass_matrix`` of an arm."""
 
     def check(subject: str, part: Any) -> None:
+        if isinstance(part, type):
+            raise ParameterError(subject, f"the class {part.__name__} itself", expected)
         if not hasattr(part, method):
             raise ParameterError(subject, f"a {type(part).__name__}", expected)
 

@@ -41,13 +41,11 @@ def follow(folder, blocks):
         elif language == "diff":
             insert(folder, text)
         else:
-            command = text.replace("python ", f"{sys.executable} ")
-            command = command.replace("ftcfa ", f"{sys.executable} -m ftcfa ")
-            command = command.replace("pytest ", f"{sys.executable} -m pytest -n 0 ")
+            environment = Path(sys.executable).parent
             done = subprocess.run(
-                ["bash", "-euc", command],
+                ["bash", "-euc", text],
                 cwd=folder,
-                env={"PYTHONPATH": str(folder), "PATH": "/usr/bin:/bin", "COLUMNS": "100"},
+                env={"PYTHONPATH": str(folder), "PATH": f"{environment}:/usr/bin:/bin"},
                 capture_output=True,
                 text=True,
             )

@@ -17,7 +17,7 @@ def cluster(scheduler: str | None) -> Iterator[Any]:
 
     Raises:
         FtcfaError: If the package ``distributed`` is not installed.
-        ParameterError: If nobody answers at the address, or the scheduler has no workers.
+        ParameterError: If no scheduler answers at the address, or the scheduler has no workers.
     """
     from ftcfa.errors import FtcfaError, ParameterError
 

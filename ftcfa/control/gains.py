@@ -61,7 +61,7 @@ class Gains(Part):
     @property
     def velocity_rate(self) -> float:
         """Rate of (8) for kappa = 1, c2 + 3/4 k2 + 5/4 [1/s]; the a2 of `ftcfa.control.laws`."""
-        return self.c2 + 0.75 * self.k2 + 1.25
+        return self.c2 + 0.75 * self.k2 + 1.25  # summed in this order: the last bit counts
 
 
 def check_gains(subject: str, gains: Any) -> None:

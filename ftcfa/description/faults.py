@@ -109,7 +109,7 @@ class Faults:
         if isinstance(error, UnknownNameError) and error.name == value:
             remedy = did_you_mean(value, error.known)
             return self._fault(keys, shown(value), one_of(error.known), remedy)
-        if not error.subject or (keys and error.subject.endswith(f" {keys[-1]}")):
+        if not error.subject or (keys and error.subject.split()[-1] == keys[-1]):
             return self._fault(keys, error.got, error.expected, error.remedy, table=table)
         return self._fault(keys, str(error), table=table)
 

@@ -1,4 +1,4 @@
-"""Loops for which Theorem 1's bound of the first-entry time says something.
+"""Loops for which Theorem 1's bound of the first-entry time is finite.
 
 Such loops are rare. V0 must exceed Vinf, and Vinf holds the saturation term, as if the motors
 saturated all the time: strong motors make that term large, and weak motors do saturate. Then rho'

@@ -91,7 +91,7 @@ def theorem_paths(
         paths: Number of paths.
         duration: Simulated time [s].
         seed: Seed of the noise.
-        record_every: Keep one sample of so many; first entries are resolved no finer.
+        record_every: Every so many samples are kept; first entries are resolved no finer.
     """
     signals = (*STATE_SIGNALS, "alpha", "abar")
     certain = replace(with_filter_state(loop), uncertainty=None, observer=None)

@@ -50,7 +50,7 @@ def read_columns(path: Path, times: bool) -> Columns:
         sample, column = bad[0]
         subject = f"{path}: row {table.rows[sample]}, column {column + 1}"
         got, remedy = f"{table.values[sample, column]}", "cut the record there or fill the gap"
-        raise ParameterError(subject, got, "a finite number", f"{remedy} knowingly")
+        raise ParameterError(subject, got, "a finite number", remedy)
     return table
 
 

@@ -170,7 +170,7 @@ def _step(path: Path, time: Array, rows: npt.NDArray[np.intp], jitter: float) ->
     positive("read_record jitter", jitter)
     steps = np.diff(time)
     usual, step = float(np.median(steps)), float((time[-1] - time[0]) / (len(time) - 1))
-    even, remedy = "even time steps", "cut the record there or fill the gap knowingly"
+    even, remedy = "even time steps", "cut the record there or fill the gap"
 
     def error(k: int, got: str, expected: str, remedy: str) -> ParameterError:
         return ParameterError(f"{path}: row {rows[k + 1]}", got, expected, remedy)

@@ -282,11 +282,11 @@ def test_a_subclass_that_overrides_is_refused():
 
 def test_a_twin_is_built_once_and_does_not_keep_its_arm():
     arm = load_arm("double_pendulum")
-    twin, alive = traced(arm), weakref.ref(arm)
+    twin, reference = traced(arm), weakref.ref(arm)
     assert traced(arm) is twin
     del arm
     gc.collect()
-    assert alive() is None
+    assert reference() is None
     gone = weakref.ref(twin)
     del twin
     gc.collect()

@@ -11,7 +11,7 @@ from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.statistics.sequential_test import SequentialTest, log_evidence, share_bounds
 
 NEGLIGIBLE = 1e-16
-"""Probability of a number of successes at which it is not asked what the test says."""
+"""Probability of a number of successes at which the verdict of the test does not matter."""
 
 
 def walk(share, beta, budget, truth):
@@ -19,16 +19,16 @@ def walk(share, beta, budget, truth):
 
     The number of successes is a random walk; walks that reached a decision are taken out.
     """
-    alive, yes, no, mean = np.array([1.0]), 0.0, 0.0, 0.0
+    undecided, yes, no, mean = np.array([1.0]), 0.0, 0.0, 0.0
     for n in range(1, budget + 1):
-        mean += alive.sum()
-        alive = np.append(alive * (1 - truth), 0.0) + np.append(0.0, alive * truth)
-        S = np.flatnonzero(alive > NEGLIGIBLE)
+        mean += undecided.sum()
+        undecided = np.append(undecided * (1 - truth), 0.0) + np.append(0.0, undecided * truth)
+        S = np.flatnonzero(undecided > NEGLIGIBLE)
         says_yes = log_evidence(S, n - S, share) >= -np.log(beta)
         says_no = log_evidence(n - S, S, 1 - share) >= -np.log(beta)
         assert not np.any(says_yes & says_no)
-        yes, no = yes + alive[S[says_yes]].sum(), no + alive[S[says_no]].sum()
-        alive[S[says_yes | says_no]] = 0.0
+        yes, no = yes + undecided[S[says_yes]].sum(), no + undecided[S[says_no]].sum()
+        undecided[S[says_yes | says_no]] = 0.0
     return yes, no, mean
 
 
@@ -120,7 +120,7 @@ def test_it_stops_at_the_first_look_that_decides(truth):
 
 
 def test_bounds_hold_at_all_looks_together():
-    """2,000 walks looked at after each of 300 paths: the lower bound, 95 % asked."""
+    """2,000 walks looked at after each of 300 paths: the lower bound holds in 95 %."""
     rng, truth = np.random.default_rng(1), 0.7
     S = np.cumsum(rng.random((2000, 300)) < truth, axis=1)
     n = np.arange(1, 301)

@@ -2,7 +2,7 @@
 
 `test_coverage.py` asks the same of the statistics alone and tells where 95 % is not quite what one
 gets: quantiles and proportions count paths, whole numbers, and so cover a little more. Here the
-whole chain is asked, from the random streams to the Dataset. An ensemble of 25 independent
+whole chain is tested, from the random streams to the Dataset. An ensemble of 25 independent
 oscillators is 25 ensembles; all have the same truth.
 
 The truth is that of the discrete loop: with the torque u = -k q - d v held over a period h, a step

@@ -125,7 +125,7 @@ def test_initial_state_and_reference() -> None:
     np.testing.assert_allclose(path["q_d"], np.stack([1.5 * np.sin(t), np.sin(2 * t)], axis=1))
 
 
-def synthetic(ote: list[float], command: list[float], died: float = np.nan) -> xr.Dataset:
+def synthetic(ote: list[float], command: list[float], diverged_at: float = np.nan) -> xr.Dataset:
     """A path of one joint with given errors and commanded torques; limit 15, filter error 0.1."""
     time = np.arange(len(ote)) * 0.1
     column = np.array(command)[:, None]
@@ -136,7 +136,7 @@ def synthetic(ote: list[float], command: list[float], died: float = np.nan) -> x
             "u": (("time", "joint"), np.clip(column, -LIMIT, LIMIT)),
             "alpha": (("time", "joint"), 0.0 * column),
             "abar": (("time", "joint"), 0.0 * column - 0.1),
-            "diverged_at": ((), died),
+            "diverged_at": ((), diverged_at),
         },
         coords={"time": time},
     )
@@ -154,10 +154,10 @@ def test_summary_of_a_known_path() -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("alive", [1, 3])
-def test_a_diverged_path_is_not_averaged_away(alive) -> None:
-    nan = [np.nan] * (4 - alive)
-    row = summary_row(FINITE_TIME, synthetic([0.01] * alive + nan, [30.0] * alive + nan, 0.1))
+@pytest.mark.parametrize("kept", [1, 3])
+def test_a_diverged_path_is_not_averaged_away(kept) -> None:
+    nan = [np.nan] * (4 - kept)
+    row = summary_row(FINITE_TIME, synthetic([0.01] * kept + nan, [30.0] * kept + nan, 0.1))
     assert row["rms_ote"] is None
     assert row["largest_filter_error"] is None
     assert row["settled_after"] is None

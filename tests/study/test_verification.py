@@ -130,8 +130,8 @@ def test_what_diverges_is_named_with_its_time(loop):
     wild = ClosedLoop(loop.arm, loop.controller, loop.reference, shaken)
     verification = verify(wild, Specification(0.05, 0.2, budget=64), 0.3)
     worst = verification.worst[0]
-    died = float(simulate(wild, 0.3, path=worst.path).diverged_at)
-    assert worst.reason == f"diverges at {died:.4g} s"
+    diverged_at = float(simulate(wild, 0.3, path=worst.path).diverged_at)
+    assert worst.reason == f"diverges at {diverged_at:.4g} s"
 
 
 @pytest.mark.parametrize("required", [TIGHT, Specification(0.05, 0.555, share=0.95)])

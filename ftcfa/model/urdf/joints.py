@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import is_number, known_name, vector
+from ftcfa.checks import about, is_number, known_name, positive_numbers, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.urdf.catalogue import CatalogueEntry
 from ftcfa.model.urdf.description import RobotDescription, position_limits
@@ -154,11 +154,16 @@ def effort_limits(
         effort_limit = [
             by_name[name] if name in by_name else _urdf_effort(description, name) for name in names
         ]
-    limits = vector("effort_limit", effort_limit, len(names), field="effort_limit")
-    if not np.all(limits > 0):
-        expected = "positive numbers [N m or N]"
-        raise ParameterError("effort_limit", f"{limits.tolist()}", expected, field="effort_limit")
+    with about("effort_limit"):
+        limits = vector("effort_limit", effort_limit, len(names))
+        check_effort_limit("effort_limit", limits)
     return limits
+
+
+def check_effort_limit(subject: str, effort_limit: EffortLimit | Array) -> None:
+    """Raise a FtcfaError unless torque limits are positive numbers."""
+    values = [*effort_limit.values()] if isinstance(effort_limit, Mapping) else effort_limit
+    positive_numbers(subject, values, "N m or N")
 
 
 def _urdf_effort(description: RobotDescription, joint: str) -> float:

@@ -6,14 +6,14 @@ The source of an Arm holds the arguments that load it again, with its changes si
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import about, known_name, vector
+from ftcfa.checks import Check, about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
@@ -23,6 +23,7 @@ from ftcfa.model.urdf.description import RobotDescription, lint, read_urdf
 from ftcfa.model.urdf.joints import (
     EffortLimit,
     Locks,
+    check_effort_limit,
     coordinate_map,
     effort_limits,
     home_position,
@@ -49,6 +50,31 @@ MOUNTINGS: Mapping[str, Array] = {
 points along the world's x and its x axis downwards; on the ceiling it is turned by pi about x."""
 _as_loaded: WeakKeyDictionary[Arm, bool] = WeakKeyDictionary()
 """Arms that were compared already."""
+
+
+def _gravity_field(subject: str, gravity: float | Sequence[float]) -> Array:
+    """Gravity field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
+    field = vector(subject, gravity, 3)
+    return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
+
+
+def _mounting(subject: str, mounting: Mounting) -> Array:
+    """Rotation matrix of the base in the world, shape (3, 3), of a name or a matrix."""
+    if isinstance(mounting, str):
+        known_name(subject, mounting, MOUNTINGS)
+        return MOUNTINGS[mounting]
+    try:
+        R = np.asarray(mounting, dtype=float)
+    except (TypeError, ValueError):
+        R = np.zeros(0)
+    if R.shape != (3, 3) or not (
+        np.abs(R.T @ R - np.eye(3)).max() <= ORTHOGONAL and np.linalg.det(R) > 0
+    ):
+        known = ", ".join(f'"{name}"' for name in MOUNTINGS)
+        got = mounting.tolist() if isinstance(mounting, np.ndarray) else mounting
+        expected = f"{known} or a rotation matrix (3, 3)"
+        raise ParameterError(subject, repr(got), expected)
+    return R
 
 
 def load_arm(
@@ -92,9 +118,9 @@ def arm_from_source(
     urdf: str | None = None,
     lock: Locks | None = None,
     package_dirs: Sequence[str | os.PathLike[str]] = (),
-    gravity: float | Sequence[float] = 9.81,
-    effort_limit: EffortLimit | None = None,
-    mounting: Mounting = "floor",
+    gravity: Annotated[float | Sequence[float], Check(_gravity_field)] = 9.81,
+    effort_limit: Annotated[EffortLimit | None, Check(check_effort_limit)] = None,
+    mounting: Annotated[Mounting, Check(_mounting)] = "floor",
     inertias: npt.ArrayLike | None = None,
     damping: npt.ArrayLike | None = None,
     friction: npt.ArrayLike | None = None,
@@ -138,7 +164,10 @@ def _arm(
         remedy = "lock fewer joints" if lock else "export it with movable joints"
         expected = "at least one free joint"
         raise UrdfError(str(description.file), "no joint moves", expected, remedy, field=field)
-    gravity_field, turn = _gravity_field(gravity), _mounting(mounting)
+    with about("gravity"):
+        gravity_field = _gravity_field("gravity", gravity)
+    with about("mounting"):
+        turn = _mounting("mounting", mounting)
     model = model_of_urdf(description.pinocchio_xml(), gravity_field, turn)
     joints = list(model.names[1:])
     names = tuple(name for name in joints if rules[name].leader == name)
@@ -171,31 +200,6 @@ def _arm(
     )
     _refuse_singular(description, arm)
     return arm
-
-
-def _gravity_field(gravity: float | Sequence[float]) -> Array:
-    """Gravity field, shape (3,) [m/s^2], of a downward acceleration or of a vector."""
-    field = vector("gravity", gravity, 3, field="gravity")
-    return np.array([0.0, 0.0, -field[2]]) if np.ndim(gravity) == 0 else field
-
-
-def _mounting(mounting: Mounting) -> Array:
-    """Rotation matrix of the base in the world, shape (3, 3), of a name or a matrix."""
-    if isinstance(mounting, str):
-        known_name("mounting", mounting, MOUNTINGS, field="mounting")
-        return MOUNTINGS[mounting]
-    try:
-        R = np.asarray(mounting, dtype=float)
-    except (TypeError, ValueError):
-        R = np.zeros(0)
-    if R.shape != (3, 3) or not (
-        np.abs(R.T @ R - np.eye(3)).max() <= ORTHOGONAL and np.linalg.det(R) > 0
-    ):
-        known = ", ".join(f'"{name}"' for name in MOUNTINGS)
-        got = mounting.tolist() if isinstance(mounting, np.ndarray) else mounting
-        expected = f"{known} or a rotation matrix (3, 3)"
-        raise ParameterError("mounting", repr(got), expected, field="mounting")
-    return R
 
 
 def _refuse_singular(description: RobotDescription, arm: Arm) -> None:

@@ -174,12 +174,12 @@ def test_home_is_zero_or_the_middle_of_a_range_without_zero(urdf: Callable[..., 
         (
             {"effort_limit": {"elbow": 0}},
             ParameterError,
-            "effort_limit: [10.0, 0.0], expected positive numbers [N m or N]",
+            "effort_limit: [10.0, 0.0], expected numbers > 0 [N m or N]",
         ),
         (
             {"effort_limit": -1},
             ParameterError,
-            "effort_limit: [-1.0, -1.0], expected positive numbers [N m or N]",
+            "effort_limit: [-1.0, -1.0], expected numbers > 0 [N m or N]",
         ),
         (
             {"effort_limit": {"wrist": 1}},

@@ -14,7 +14,7 @@ from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.vibration.spectra.linear_filter import LinearFilter, root_of_covariance
 
 QUADRATURE = 1e-8
-"""Relative accuracy asked of quad over an infinite range."""
+"""Relative accuracy of quad over an infinite range."""
 ROUNDING = 1e-11
 """Relative; some fifty products of matrices of size ten whose entries are of size one."""
 SIGNIFICANCE = 1e-6

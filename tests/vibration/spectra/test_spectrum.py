@@ -19,7 +19,7 @@ from ftcfa.vibration.spectra.spectrum import (
 )
 
 QUADRATURE = 1e-9
-"""Relative accuracy asked of scipy.integrate.quad."""
+"""Relative accuracy of scipy.integrate.quad."""
 TRUCK = ([10, 40, 500], [0.015, 0.015, 0.00015])
 SI_TRUCK = Spectrum.from_g(*TRUCK)
 
