@@ -24,6 +24,7 @@ def printed(script, *arguments):
     return run.stdout
 
 
+@pytest.mark.slow
 def test_truck_floor(tmp_path):
     text = printed("truck_floor.py", "--quick", "--out", tmp_path)
     assert "pendulum, 8 paths of 1 s" in text

@@ -70,6 +70,7 @@ def test_finite_time_settles_early_and_the_asymptotic_law_does_not(study_result)
         assert np.all(last > 17.0)
 
 
+@pytest.mark.slow
 def test_the_interpreted_engine_gives_the_study_too():
     dataset = simulate(study(0.6), 20.0, engine="interpreted")
     assert rms_of_last_half(dataset) == pytest.approx(RMS_OTE[0.6], rel=AGREEMENT)

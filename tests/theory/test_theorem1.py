@@ -411,6 +411,7 @@ def test_figure():
     assert rendered(figure)["png"].startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_script(tmp_path):
     script = Path(__file__).parents[2] / "scripts" / "generator.py"
     words = [sys.executable, "-W", "error", script, "--quick", "--out", tmp_path]
