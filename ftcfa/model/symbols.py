@@ -63,8 +63,6 @@ class SymbolArray(NDArrayOperatorsMixin):
         return np.asarray(ca.DM(matrix), dtype=dtype).reshape(self._expression.shape)
 
     def __bool__(self) -> bool:
-        if not self._expression.to_casadi().is_constant():
-            raise TypeError("a symbol has no truth value; use np.where instead of if")
         return bool(self._expression)
 
     def __float__(self) -> float:

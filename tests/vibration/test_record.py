@@ -124,7 +124,7 @@ HEAD = "time,x [g]\n"
         (
             HEAD + "0,1\n1,2\n2,3\n5,4\n6,5\n",
             "{file}: row 5: a gap of 3 s before it, where steps are 1 s, expected even time steps; "
-            "cut the record there or fill the gap knowingly",
+            "cut the record there or fill the gap",
         ),
         (
             HEAD + "0,1\n2,2\n1,3\n3,4\n",
