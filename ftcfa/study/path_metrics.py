@@ -1,14 +1,14 @@
 """The observer that counts the metrics of a path while it runs."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, not_negative, positive
 from ftcfa.control.protocol import Signals
-from ftcfa.parts import Parameters, Part, number_fields
+from ftcfa.parts import Part
 from ftcfa.study.metrics.metric import Sample, Totals
 from ftcfa.study.metrics.table import METRICS
 
@@ -43,8 +43,6 @@ class PathMetrics(Part):
 
     tolerance: Annotated[float, Check(positive, "rad or m")]
     after: Annotated[float, Check(not_negative, "s")] = 0.0
-
-    varies: ClassVar[Parameters] = number_fields("tolerance", "after")
 
     def init(self, n: int) -> Counts:
         """Counters before the first sample."""
