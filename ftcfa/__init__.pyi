@@ -10,9 +10,9 @@ from .control.pd_gravity import PDGravity
 from .control.slotine_li import SlotineLi
 from .control.stochastic_backstepping import StochasticBackstepping
 from .control.super_twisting import SuperTwisting
-from .description.faults import ExperimentError
 from .engine.simulate import simulate, simulate_paths
 from .errors import (
+    ExperimentError,
     FtcfaError,
     ParameterError,
     ShapeError,

@@ -204,7 +204,7 @@ def numbers(
     """
     try:
         return np.array(values, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ParameterError(subject, repr(values), expected, field=field) from error
 
 
@@ -246,7 +246,7 @@ def vector(subject: str, values: npt.ArrayLike, n: int, *, field: str = "") -> A
     """
     try:
         array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ShapeError(subject, repr(values), f"a number or {n} numbers", field=field) from error
     if array.shape not in ((), (n,)):
         got = f"shape {array.shape}"

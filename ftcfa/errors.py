@@ -1,6 +1,7 @@
 """The exception tree: every error says what, what was got, what was expected, and the remedy."""
 
-from collections.abc import Iterable
+import difflib
+from collections.abc import Iterable, Mapping
 
 
 class FtcfaError(Exception):
@@ -51,12 +52,48 @@ class TracingError(FtcfaError):
 
 
 class UnknownNameError(FtcfaError):
-    """A name that is not among the known ones."""
+    """A name that is not among the known ones; the remedy is the nearest of them."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, field: str = "") -> None:
         known = tuple(known)
-        expected = f"one of: {', '.join(known)}"
-        super().__init__(f"{kind} '{name}'", "unknown name", expected, field=field)
+        remedy = did_you_mean(name, known)
+        super().__init__(f"{kind} '{name}'", "unknown name", one_of(known), remedy, field=field)
         self.args = (kind, name, known)
         self.name = name
         self.known = known
+
+
+class ExperimentError(FtcfaError):
+    """All that is wrong with an experiment file or description.
+
+    Args:
+        errors: Each with file, table and key.
+    """
+
+    def __init__(self, errors: Iterable[FtcfaError]) -> None:
+        self.errors = tuple(errors)
+        first = self.errors[0]
+        super().__init__(first.subject, first.got, first.expected, first.remedy)
+        self.args = (self.errors,)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.errors))
+
+
+def one_of(known: Iterable[object]) -> str:
+    """The known names as what is expected."""
+    return f"one of: {', '.join(map(str, known))}"
+
+
+def did_you_mean(name: object, known: Iterable[str] | Mapping[str, str]) -> str:
+    """The nearest of the known names as a remedy, with its unit where they are given with units.
+
+    Small letters and capitals are the same; nothing if no name is near.
+    """
+    folded = {one.lower(): one for one in known}
+    near = difflib.get_close_matches(str(name).lower(), folded, n=1)
+    if not near:
+        return ""
+    one = folded[near[0]]
+    unit = known[one] if isinstance(known, Mapping) else ""
+    return f"did you mean '{one}'{unit and f' [{unit}]'}?"

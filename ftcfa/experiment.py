@@ -53,10 +53,9 @@ from ftcfa.checks import (
     positive,
     probability,
 )
-from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import document
-from ftcfa.errors import FtcfaError, ParameterError
+from ftcfa.errors import ExperimentError, FtcfaError, ParameterError
 from ftcfa.files import write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import Part

@@ -46,7 +46,7 @@ class Part:
         ({"rate": 0.0}, "rate", "Part rate: 0.0, expected a number > 0 [1/s]"),
         ({"rate": True}, "rate", "Part rate: True, expected a number > 0 [1/s]"),
         ({"kind": "three"}, "kind", "Part kind 'three': unknown name, expected one of: one, two"),
-        ({"kind": None}, "kind", "Part kind 'None': unknown name, expected one of: one, two"),
+        ({"kind": 3}, "kind", "Part kind '3': unknown name, expected one of: one, two"),
         ({"count": 0}, "count", "Part count: 0, expected an integer >= 1"),
     ],
 )

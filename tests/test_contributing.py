@@ -63,6 +63,7 @@ def test_there_is_a_recipe_for_every_kind_of_part():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", recipes())
 def test_a_recipe_works_as_written(tmp_path, title):
     for name in COPIED:

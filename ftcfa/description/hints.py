@@ -1,64 +1,52 @@
-"""Type hints of a part's keys: which data fits them, and how messages name them."""
+"""Type hints of a part's arguments: which data fits them, and how messages name them."""
 
 import os
 import types
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass
 from functools import cache
-from inspect import signature
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from ftcfa.description.registry import PARTS
+from ftcfa.errors import one_of
 
-
-class Kind(NamedTuple):
-    """What a type reads."""
-
-    name: str
-    """Name in messages."""
-    data: tuple[type, ...]
-    """Types of plain data that it takes."""
-
-
-TABLE = Kind("a table", (dict,))
-TEXT = Kind("a text", (str,))
-ARRAY = Kind("an array", (list,))
-KINDS: Mapping[Any, Kind] = {
-    bool: Kind("true or false", (bool,)),
-    int: Kind("an integer", (int,)),
-    float: Kind("a number", (float, int)),
+TABLE, TEXT, ARRAY = ("a table", (dict,)), ("a text", (str,)), ("an array", (list,))
+NUMBERS = ("numbers", (float, int, list))
+KINDS: Mapping[Any, tuple[str, tuple[type, ...]]] = {
+    bool: ("true or false", (bool,)),
+    int: ("an integer", (int,)),
+    float: ("a number", (float, int)),
     str: TEXT,
     Path: TEXT,
     os.PathLike: TEXT,
-    np.ndarray: Kind("numbers", (float, int, list)),
-    npt.ArrayLike: Kind("numbers", (float, int, list, str)),
-    Sequence[str]: Kind("a text or an array", (str, list)),
+    np.ndarray: NUMBERS,
+    npt.ArrayLike: NUMBERS,
     tuple: ARRAY,
-    list: ARRAY,
     Sequence: ARRAY,
     Iterable: ARRAY,
-    dict: TABLE,
     Mapping: TABLE,
 }
-"""Types, and origins of types, that data fits."""
+"""Types, or their origins: how messages name them, and the types of plain data that fit them."""
 
 
-def kind(one: Any) -> Kind:
-    """What a type reads: nothing, if no data fits it."""
+def kind(one: Any) -> tuple[str, tuple[type, ...]]:
+    """The name of a type and the data that fits it: none, if only a program can make it."""
     if choices(one):
         return TABLE
     if get_origin(one) is Literal:
-        return Kind(one_of(get_args(one)), (str,))
-    return KINDS.get(one) or KINDS.get(get_origin(one)) or Kind("", ())
+        words = get_args(one)
+        return one_of(words) if len(words) > 1 else f'"{words[0]}"', (str,)
+    return KINDS.get(one) or KINDS.get(get_origin(one)) or ("", ())
 
 
-def unchecked(hint: Any) -> Any:
-    """A hint without the check that it declares."""
-    return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+def checked(hint: Any) -> tuple[Any, Any]:
+    """A type, and the `Check` that is declared with it or None."""
+    return get_args(hint) if get_origin(hint) is Annotated else (hint, None)
 
 
 @cache
@@ -67,7 +55,7 @@ def alternatives(hint: Any) -> tuple[Any, ...]:
 
     A text that may be the path of a file is a path: str comes last.
     """
-    hint = unchecked(hint)
+    hint, _ = checked(hint)
     if get_origin(hint) not in (Union, types.UnionType):
         return (hint,)
     allowed = [one for one in get_args(hint) if one is not types.NoneType]
@@ -90,33 +78,33 @@ def choices(hint: Any) -> tuple[type, ...]:
 
 
 def element(hint: Any) -> Any:
-    """The hint of an entry of a sequence or mapping, None if the hint allows neither."""
+    """The hint of an entry of the sequence or mapping that a hint allows, or None."""
     for one in alternatives(hint):
-        if get_origin(one) in (tuple, list, Sequence, Iterable):
-            return get_args(one)[0]
-        if get_origin(one) in (dict, Mapping):
-            return get_args(one)[1]
+        if kind(one) in (ARRAY, TABLE) and get_args(one):
+            return get_args(one)[-1 if kind(one) is TABLE else 0]
     return None
 
 
+def unit(hint: Any) -> str:
+    """The unit that is declared with a hint; empty if there is none."""
+    _, check = checked(hint)
+    return check.unit if check else ""
+
+
 def expected(hint: Any) -> str:
-    """A hint in words."""
-    return " or ".join(dict.fromkeys(filter(None, (kind(one).name for one in alternatives(hint)))))
-
-
-def one_of(known: Iterable[Any]) -> str:
-    """The known names as what is expected."""
-    return f"one of: {', '.join(map(str, known))}"
-
-
-@cache
-def hints_of(make: Callable[..., Any]) -> dict[str, Any]:
-    """The type hints of a class or function, by name."""
-    return get_type_hints(make, include_extras=True)
+    """A hint in words, with its unit."""
+    words = dict.fromkeys(filter(None, (kind(one)[0] for one in alternatives(hint))))
+    return f"{' or '.join(words)}{unit(hint) and f' [{unit(hint)}]'}"
 
 
 @cache
 def arguments(make: Callable[..., Any]) -> dict[str, Any]:
     """The hints of the arguments of a class or function that data can give, by name."""
-    hints = {name: hints_of(make)[name] for name in signature(make).parameters}
-    return {name: hint for name, hint in hints.items() if expected(hint)}
+    hints = get_type_hints(make, include_extras=True)
+    return {name: hints[name] for name in signature(make).parameters if expected(hints[name])}
+
+
+def required(make: Callable[..., Any]) -> set[str]:
+    """Names of the arguments of a class or function that data must give."""
+    given = signature(make).parameters
+    return {name for name in arguments(make) if given[name].default is Parameter.empty}

@@ -21,30 +21,22 @@ from ftcfa.vibration.record import Record, read_record
 from ftcfa.vibration.spectra.spectrum import Spectrum
 from ftcfa.vibration.spectra.standards import Standard, read_standard
 
-
-def classes(*names: str) -> tuple[type, ...]:
-    """Classes by their names, each ``module:class``."""
-    return tuple(map(resolve_name, names))
-
-
-PARTS: Mapping[Any, tuple[type, ...]] = {
-    Dynamics: classes("ftcfa.model.arm:Arm", "ftcfa.model.pendulum:PaperPendulum"),
-    Controller: LAWS,
-    CommandFilter: tuple(FILTERS.values()),
-    Reference: classes(
+NAMES: Mapping[Any, tuple[str, ...]] = {
+    Dynamics: ("ftcfa.model.arm:Arm", "ftcfa.model.pendulum:PaperPendulum"),
+    Reference: (
         "ftcfa.loop.references:Constant",
         "ftcfa.loop.references:MinimumJerk",
         "ftcfa.loop.references:Sinusoid",
         "ftcfa.loop.references:Table",
     ),
-    NoiseInput: classes(
+    NoiseInput: (
         "ftcfa.vibration.inputs.noise_input:BaseAcceleration",
         "ftcfa.vibration.inputs.base_motion:BaseMotion",
         "ftcfa.vibration.inputs.noise_input:FrameWrench",
         "ftcfa.vibration.inputs.noise_input:JointTorque",
         "ftcfa.vibration.inputs.noise_input:PaperPendulumInput",
     ),
-    Excitation: classes(
+    Excitation: (
         "ftcfa.vibration.excitations.white_noise:WhiteNoise",
         "ftcfa.vibration.excitations.shaped_noise:ShapedNoise",
         "ftcfa.vibration.excitations.random_phase:RandomPhase",
@@ -55,7 +47,13 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
         "ftcfa.vibration.excitation:Stacked",
     ),
 }
-"""The parts that implement each protocol; a new part is one more line."""
+"""The parts that implement each protocol, ``module:class``; a new part is one more line."""
+PARTS: Mapping[Any, tuple[type, ...]] = {
+    Controller: LAWS,
+    CommandFilter: tuple(FILTERS.values()),
+    **{protocol: tuple(map(resolve_name, names)) for protocol, names in NAMES.items()},
+}
+"""The classes that implement each protocol."""
 MAKERS: Mapping[type, tuple[str, Callable[..., Any]]] = {
     Arm: ("robot", arm_from_source),
     Record: ("file", read_record),

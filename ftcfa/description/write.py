@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ftcfa.description.hints import alternatives, choices, element, hints_of
+from ftcfa.description.hints import alternatives, arguments, choices, element
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
@@ -22,11 +22,6 @@ NOT_REBUILDABLE = "not_rebuildable"
 """Key under which results say why no loop can be made of what they remember."""
 Robot = Callable[[Path], Mapping[str, str]]
 """How the path of a URDF is written: as arguments that load its arm."""
-
-
-def as_path(path: Path) -> Mapping[str, str]:
-    """The path of a URDF as it is."""
-    return {"robot": str(path)}
 
 
 def as_text(path: Path) -> Mapping[str, str]:
@@ -47,9 +42,10 @@ def document(whole: Any, robot: Robot = as_text) -> dict[str, Any]:
     Raises:
         ParameterError: If a part is a user's own, or an Arm was changed after it was loaded.
     """
-    data, reasons = _written(whole, robot)
-    if reasons:
-        raise reasons[0]
+    writer = _Writer(robot)
+    data = writer.whole(whole)
+    if writer.reasons:
+        raise writer.reasons[0]
     return data
 
 
@@ -60,17 +56,9 @@ def provenance(loop: ClosedLoop) -> dict[str, Any]:
     has more than `LARGE` entries), the entry `NOT_REBUILDABLE` says why, and the document shows
     what can be shown.
     """
-    data, reasons = _written(loop, as_text, LARGE)
-    return {NOT_REBUILDABLE: str(reasons[0]), **data} if reasons else data
-
-
-def describe(part: Any) -> Any:
-    """Any object as numbers, strings, lists and dictionaries, to compare it with others.
-
-    An Arm becomes the arguments that load it, another dataclass its type and fields; other objects
-    are described by their type.
-    """
-    return _Writer(as_path).write(part, None, "")
+    writer = _Writer(as_text, LARGE)
+    data = writer.whole(loop)
+    return {NOT_REBUILDABLE: str(writer.reasons[0]), **data} if writer.reasons else data
 
 
 def differences(first: Any, second: Any, name: str = "") -> str:
@@ -80,17 +68,6 @@ def differences(first: Any, second: Any, name: str = "") -> str:
         inner = [differences(first.get(k), second.get(k), f"{name}.{k}".strip(".")) for k in keys]
         return ", ".join(inner)
     return name
-
-
-def _written(
-    whole: Any, robot: Robot, largest: int | None = None
-) -> tuple[dict[str, Any], list[ParameterError]]:
-    """A document, and the reasons for which no loop can be made of it."""
-    writer = _Writer(robot, largest)
-    writer.arm = writer.write(getattr(whole, "loop", whole).arm, Dynamics, "arm")
-    data = writer.write(whole, type(whole), "")
-    loop = data.pop("loop", {})
-    return {"arm": writer.arm, **data, **loop}, writer.reasons
 
 
 class _Writer:
@@ -106,14 +83,15 @@ class _Writer:
         self.arm: Any = None
         self.reasons: list[ParameterError] = []
 
-    def write(self, part: Any, hint: Any, name: str) -> Any:
-        """A part as data.
+    def whole(self, whole: Any) -> dict[str, Any]:
+        """A loop, or what has a field ``loop``, as a document."""
+        self.arm = self.write(getattr(whole, "loop", whole).arm, Dynamics, "arm")
+        data = self.write(whole, type(whole), "")
+        loop = data.pop("loop", {})
+        return {"arm": self.arm, **data, **loop}
 
-        Args:
-            part: The part, or an entry of one.
-            hint: Its type hint, None if it is within a user's own part.
-            name: Its name in reasons.
-        """
+    def write(self, part: Any, hint: Any, name: str) -> Any:
+        """A part, or an entry of one, as data, by its type hint and its name in reasons."""
         if part is None or isinstance(part, bool | int | float | str):
             return part
         if isinstance(part, np.ndarray) and self.largest is not None and part.size > self.largest:
@@ -139,10 +117,10 @@ class _Writer:
             remedy = "a part of your own cannot be written: run its loop with simulate"
             self.refuse(name, f"a {kind.__name__}", "a part of ftcfa", remedy)
         if isinstance(part, Arm):
-            return {"type": "Arm", **self.source(part, name, check=known)}
+            return {"type": "Arm", **self.source(part, name)}
         data = {} if known and alternatives(hint) == (kind,) else {"type": kind.__name__}
         if dataclasses.is_dataclass(part):
-            hints = hints_of(kind) if known else {}
+            hints = arguments(kind) if known else {}
             for field in dataclasses.fields(part):
                 inner = f"{name}.{field.name}".strip(".")
                 value = self.write(getattr(part, field.name), hints.get(field.name), inner)
@@ -150,12 +128,12 @@ class _Writer:
                     data[field.name] = value
         return data
 
-    def source(self, arm: Arm, name: str, *, check: bool) -> dict[str, Any]:
-        """The arguments that load an Arm again; a ``check`` asks whether they give the same one."""
+    def source(self, arm: Arm, name: str) -> dict[str, Any]:
+        """The arguments that load an Arm again."""
         if arm.source is None:
             self.refuse(name, f"{arm!r}, made by hand", "an Arm that load_arm gave")
             return {"robot": arm.name}
-        if check and not is_as_loaded(arm):
+        if not is_as_loaded(arm):
             self.refuse(
                 name,
                 f"{arm!r}, which is no longer what {arm.source['robot']} gives",

@@ -14,7 +14,7 @@ from ftcfa.checks import Check, about, counting, having, known_name, positive, v
 from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
-from ftcfa.loop.references import Reference
+from ftcfa.loop.references import Posture, Reference
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
@@ -119,7 +119,7 @@ class ClosedLoop(Part):
     period: Annotated[float, Check(positive, "s")] = 1e-3
     substeps: Annotated[int, Check(counting)] = 1
     integrator: Annotated[str, Check(partial(known_name, known=INTEGRATORS))] = "euler-maruyama"
-    q0: npt.ArrayLike | None = None
+    q0: Posture | None = None
     v0: npt.ArrayLike | None = None
     uncertainty: Annotated[Uncertainty | None, Check(having("draw", "an Uncertainty, or None"))] = (
         None

@@ -3,7 +3,7 @@
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,9 @@ from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
 from ftcfa.vibration.columns import reads_as_number
+
+Posture: TypeAlias = npt.ArrayLike | Literal["home"]
+"""Numbers, one for each joint [rad or m]; in files also "home", the arm's home posture."""
 
 
 class Reference(Protocol):
@@ -52,7 +55,7 @@ class Constant(Part):
         q: Shape (n,) [rad or m].
     """
 
-    q: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")]
+    q: Annotated[Posture, Check(joint_values, "rad or m")]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -91,7 +94,7 @@ class Sinusoid(Part):
     amplitude: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")] = 0.3
     angular_frequency: Annotated[npt.ArrayLike, Check(joint_values, "rad/s")] = 1.0
     phase: Annotated[npt.ArrayLike, Check(joint_values, "rad")] = 0.0
-    offset: Annotated[npt.ArrayLike, Check(joint_values, "rad or m")] = 0.0
+    offset: Annotated[Posture, Check(joint_values, "rad or m")] = 0.0
     frequency: InitVar[None] = field(default=None, kw_only=True)  # refused: it could mean Hz
 
     def __post_init__(self, frequency: None) -> None:
@@ -127,7 +130,7 @@ class _Tabulated:
     """Postures at given times, checked: the base of `MinimumJerk` and `Table`."""
 
     times: npt.ArrayLike
-    points: npt.ArrayLike
+    points: Posture
 
     def __post_init__(self) -> None:
         times, points = _table(type(self).__name__, self.times, self.points)

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
+from ftcfa.checks import vector
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -26,6 +27,10 @@ class PaperPendulum:
     g: float = 9.8  # gravity [m/s^2]
     as_printed: bool = False  # whether C has the paper's misprints
     effort_limit: Traceable = field(default_factory=lambda: np.array([15.0, 15.0]))  # u* [N m]
+
+    def __post_init__(self) -> None:
+        limit = vector("PaperPendulum effort_limit", self.effort_limit, 2, field="effort_limit")
+        object.__setattr__(self, "effort_limit", limit)
 
     varies: ClassVar[Parameters] = number_fields("m", "l", "g", "effort_limit")
 

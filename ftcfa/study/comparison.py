@@ -4,6 +4,7 @@ Path i of every loop has the same random numbers, so differences are taken in pa
 the noise cancels. All differences together hold with the requested confidence (Bonferroni).
 """
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
-from ftcfa.description.write import describe, differences
+from ftcfa.description.write import differences
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.statistics.estimate import CONFIDENCE
@@ -102,7 +103,7 @@ def _comparison(
         [metric.values(run, loops[name].arm.effort_limit) for metric in COMPARED.values()]
         for name, run in runs.items()
     ]
-    descriptions = [describe(loops[name]) for name in runs]
+    descriptions = [json.loads(run.attrs["experiment"]) for run in runs.values()]
     differs = [differences(descriptions[0], description) for description in descriptions]
     run = next(iter(runs.values()))
     copied = ("ftcfa_version", "confidence", "duration", "seed", "tolerance", "after")

@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
+from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
 from typing import Any, Self
@@ -12,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.checks import counting, probability
-from ftcfa.description.write import describe, provenance
+from ftcfa.description.write import provenance
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
@@ -125,7 +126,7 @@ def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
     """What the stored numbers of an ensemble depend on."""
     return {
         "loop": provenance(loop),
-        "plan": describe(plan),
+        "plan": asdict(plan),
         "metrics": list(METRICS),
         "ftcfa_version": version("ftcfa"),
     }

@@ -12,13 +12,12 @@ import xarray as xr
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Quantity
-from ftcfa.description.faults import ExperimentError
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import provenance
 from ftcfa.engine.dataset import attributes
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
-from ftcfa.errors import ParameterError
+from ftcfa.errors import ExperimentError, ParameterError
 from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution

@@ -151,7 +151,7 @@ LOOPS = {
     "road": lambda: shaped(Road("B", 20 * THIRD, TRUCK)),
     "road under a filter": lambda: shaped(Road("C", 20.0, COLOUR)),
     "table by name": lambda: shaped("mil_std_810g_highway_truck_vertical"),
-    "table of one's own": lambda: shaped(Standard("floor", "measured", "by us", None, BAND)),
+    "table of one's own": lambda: shaped(Standard("floor", "measured", "by us", BAND)),
     "random phase": lambda: loop(excitation=RandomPhase(BAND, 50), axes="x", substeps=4),
     "record": lambda: loop(excitation=RecordedAcceleration(RECORD, random_start=False)),
     "harmonic": lambda: loop(excitation=Harmonic([THIRD, 1.0], 10.0), axes="xz"),

@@ -2,6 +2,7 @@
 
 import dataclasses
 import tomllib
+from collections.abc import Mapping
 from itertools import zip_longest
 from pathlib import Path
 
@@ -85,8 +86,8 @@ class Goal:
     """Settings that a later version might add."""
 
     share: float = 0.9
-    limits: dict[str, float] = dataclasses.field(default_factory=dict)
-    names: list[str] = dataclasses.field(default_factory=list)
+    limits: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    names: tuple[str, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

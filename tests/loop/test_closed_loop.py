@@ -22,7 +22,7 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.control.protocol import Desired
-from ftcfa.description.write import describe
+from ftcfa.description.write import NOT_REBUILDABLE, provenance
 from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, bounded
 from ftcfa.loop.plant import INTEGRATORS
 
@@ -223,8 +223,7 @@ def test_a_description_is_plain_data():
         Vibration(BaseAcceleration("xz"), WhiteNoise([[0.1, 0.0], [0.0, 0.2]], "amplitude")),
         q0=[-0.1, 0.25],
     )
-    document = describe(loop)
-    assert document["type"] == "ClosedLoop"
+    document = provenance(loop)
     assert document["arm"]["type"] == "Arm"
     assert document["arm"]["robot"] == "double_pendulum"
     assert document["arm"]["gravity"] == [0.0, 0.0, -9.8]
@@ -240,12 +239,13 @@ def test_a_description_is_plain_data():
 def test_descriptions_of_two_perturbed_arms_differ():
     arm = load_arm("ur5")
     rng = np.random.default_rng(0)
-    first, second = (describe(arm.perturbed(rng)) for _ in range(2))
-    assert first != second != describe(arm)
+    law, held = FTCF(arm), Constant(arm.home)
+    robots = [arm, arm.perturbed(rng), arm.perturbed(rng)]
+    plain, first, second = (provenance(ClosedLoop(robot, law, held)) for robot in robots)
+    assert first != second != plain
 
 
 def test_what_a_description_cannot_show_goes_by_its_type():
-    assert describe(Push((1.0, 2.0))) == {"type": "Push", "torque": [1.0, 2.0]}
-    assert describe(object()) == {"type": "object"}
-    assert describe(np.float64(0.5)) == 0.5
-    assert describe((1, None, "a", True)) == [1, None, "a", True]
+    document = provenance(pendulum_loop())
+    assert document["controller"] == {"type": "Push", "torque": [1.0, -2.0]}
+    assert "controller of the experiment: a Push" in document[NOT_REBUILDABLE]

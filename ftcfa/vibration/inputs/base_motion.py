@@ -50,8 +50,8 @@ class BaseMotion(NoiseInput):
         angular: Axes of the angular acceleration, channels after the linear ones.
     """
 
-    linear: Annotated[Sequence[str], Check(check_axes)] = "xyz"
-    angular: Annotated[Sequence[str], Check(check_axes)] = "xyz"
+    linear: Annotated[str | Sequence[str], Check(check_axes)] = "xyz"
+    angular: Annotated[str | Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
         super().__post_init__()

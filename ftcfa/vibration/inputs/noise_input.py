@@ -120,7 +120,7 @@ class BaseAcceleration(NoiseInput):
         axes: Axes of the acceleration, in the order of the channels.
     """
 
-    axes: Annotated[Sequence[str], Check(check_axes)] = "xyz"
+    axes: Annotated[str | Sequence[str], Check(check_axes)] = "xyz"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -171,8 +171,8 @@ class FrameWrench(NoiseInput):
     """
 
     frame: str
-    force: Annotated[Sequence[str], Check(check_axes)] = "xyz"
-    moment: Annotated[Sequence[str], Check(check_axes)] = ""
+    force: Annotated[str | Sequence[str], Check(check_axes)] = "xyz"
+    moment: Annotated[str | Sequence[str], Check(check_axes)] = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()

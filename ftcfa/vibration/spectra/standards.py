@@ -41,15 +41,15 @@ class Standard:
         source: Document that states it.
         verified: How far that was checked; begins with "unverified" if no primary source was
             seen.
-        nominal_g_rms: Overall level that the document states, if it does [g].
         spectrum: The break points.
+        nominal_g_rms: Overall level that the document states, if it does [g].
     """
 
     name: str
     source: str
     verified: str
-    nominal_g_rms: float | None
     spectrum: Spectrum
+    nominal_g_rms: float | None = None
 
     @property
     def provenance(self) -> str:
@@ -179,7 +179,7 @@ def _entry(path: Path, name: str, entry: Any) -> Standard:
     for key, tolerance in LEVEL_TOLERANCE.items():
         if key in levels:
             _check_level(where, key, levels[key], spectrum.g_rms(), tolerance)
-    return Standard(name, texts["source"], texts["verified"], levels.get("nominal_g_rms"), spectrum)
+    return Standard(name, texts["source"], texts["verified"], spectrum, levels.get("nominal_g_rms"))
 
 
 def _points(where: str, entry: Mapping[str, Any]) -> Any:

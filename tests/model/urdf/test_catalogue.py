@@ -62,13 +62,13 @@ def test_a_loaded_arm_can_be_loaded_again_from_its_source(arm: Arm) -> None:
 
 
 def test_an_unknown_name_lists_the_known_ones() -> None:
-    for unknown in ("pandda", "Panda", "ur 5"):
+    for unknown, near in (("pandda", "panda"), ("Panda", "panda"), ("ur 5", "ur5")):
         with pytest.raises(UnknownNameError) as caught:
             load_arm(unknown)
         known = ", ".join(catalogue())
         assert str(caught.value) == (
             f"robot (not a file, not an arm of the catalogue) '{unknown}': unknown name, "
-            f"expected one of: {known}"
+            f"expected one of: {known}; did you mean '{near}'?"
         )
         assert caught.value.known == tuple(catalogue())
         assert caught.value.field == "robot"
