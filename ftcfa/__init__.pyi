@@ -4,7 +4,7 @@ from .control.filters import ExplicitFilter, ImplicitFilter, ProperFilter, Secon
 from .control.finite_time_backstepping import FiniteTimeBackstepping
 from .control.ftcf import FTCF
 from .control.gains import Gains
-from .control.laws import ABLATIONS, CONTROLLERS, ablated
+from .control.laws import ABLATIONS, CONTROLLERS, ablated, printed
 from .control.network import RBFNetwork
 from .control.pd_gravity import PDGravity
 from .control.slotine_li import SlotineLi
@@ -148,6 +148,7 @@ __all__ = [
     "load_arm",
     "load_experiment",
     "number_fields",
+    "printed",
     "read_record",
     "read_table",
     "realise",

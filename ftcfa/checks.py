@@ -163,6 +163,12 @@ def positive(subject: str, value: Any, unit: str = "", *, field: str = "") -> No
         raise ParameterError(subject, repr(value), _with_unit("a number > 0", unit), field=field)
 
 
+def positive_or_infinite(subject: str, value: Any, unit: str = "") -> None:
+    """Raise ParameterError unless a value is a number above zero, or infinity."""
+    if value != math.inf:
+        positive(subject, value, unit)
+
+
 def not_negative(subject: str, value: Any, unit: str = "") -> None:
     """Raise ParameterError unless a value is a finite number, zero or above."""
     if not (is_number(value) and value >= 0):

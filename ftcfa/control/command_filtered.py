@@ -9,7 +9,7 @@ from ftcfa.arrays import Traceable
 from ftcfa.checks import Check
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
+from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
 from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
 
 
@@ -96,7 +96,7 @@ class CommandFilteredBackstepping(Law):
         new = FilteredState(
             filter=filter_state,
             s1=leaky_step(state.s1, g.position_rate, abar - alpha, period),
-            theta=leaky_step(theta, g.iota, adaptation_drive(g, z2, BB), period),
+            theta=adapted(g, self.network.largest_theta, theta, z2, BB, period),
         )
         errors = {"z1": z1, "z2": z2, "v1": z1 - state.s1}
         states = {"s1": state.s1, "theta": theta[0]}

@@ -7,10 +7,11 @@ import numpy as np
 
 from ftcfa.arrays import Traceable, solve_spd
 from ftcfa.checks import Check, flag
+from ftcfa.control.anti_saturation import GAPS, AntiSaturation, anti_saturation
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
-from ftcfa.control.network import RBFNetwork, adaptation_drive, network_acceleration
+from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
 from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
 
 
@@ -56,11 +57,6 @@ def commanded_acceleration(
     )
 
 
-def smooth_saturation(u: Traceable, limit: Traceable) -> Traceable:
-    """The smooth saturation eta(u) = u* tanh(u/u*) with the limits u*, shape (n,) [N m or N]."""
-    return limit * np.tanh(u / limit)
-
-
 @dataclass(frozen=True, eq=False)
 class FTCF(Law):
     """Finite-time command-filtered adaptive neural backstepping (Song, Zhao, Cui).
@@ -81,9 +77,11 @@ class FTCF(Law):
         theta' = -iota theta + lambda/(4 tau) (v2^T v2)^2 (B^T B)               (9)
         s1' = -k1 s1 - c1 sig(s1, kappa) + (abar - alpha) + s2
         s2' = -k2 s2 - c2 sig(s2, kappa)                                        (10)
-        rho' = -rho + Mbar(q)^-1 (eta(u) - u),  eta(u) = u* tanh(u/u*)          (11)
+        rho' = -rho + Mbar(q)^-1 gap(u)                                         (11)
 
-    from psi1(0) = alpha(0) and zeros. Shapes and units for revolute joints: q, q_d, z1, v1, s1
+    The paper prints gap(u) = eta(u) - u, which lets rho wind up while a torque is saturated; see
+    `ftcfa.control.anti_saturation` for the gap that replaces it. All states start from
+    psi1(0) = alpha(0) and zeros. Shapes and units for revolute joints: q, q_d, z1, v1, s1
     (n,) [rad]; v, alpha, abar, psi1, z2, v2, s2, rho (n,) [rad/s]; a, zeta, psi2 (n,) [rad/s^2];
     u and its limit u* (n,) [N m]; B (K,), `RBFNetwork.basis` at (q, v); theta (1,).
 
@@ -96,7 +94,9 @@ class FTCF(Law):
             which the law drives v, v - v2.
         network: The basis functions.
         error_compensation: Whether s1 and s2 move, (10); if not, they stay zero.
-        anti_saturation: Whether rho moves, (11); if not, it stays zero.
+        anti_saturation: The gap that drives rho, (11), by its name in
+            `ftcfa.control.anti_saturation`: ``"bounded"``, ``"paper"``, or ``"none"``: rho stays
+            zero. True and False are the old words for ``"paper"`` and ``"none"``, and warn.
         adaptation: Whether theta moves, (9); if not, it stays zero and the network has no effect.
     """
 
@@ -118,10 +118,11 @@ class FTCF(Law):
     compensation: Compensation = "none"
     network: RBFNetwork = field(default_factory=RBFNetwork)
     error_compensation: Annotated[bool, Check(flag)] = True
-    anti_saturation: Annotated[bool, Check(flag)] = True
+    anti_saturation: AntiSaturation | bool = "bounded"
     adaptation: Annotated[bool, Check(flag)] = True
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "anti_saturation", anti_saturation(self.anti_saturation))
         super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
@@ -149,19 +150,19 @@ class FTCF(Law):
         a = commanded_acceleration(g, v2, theta, BB, rho)
         u = M @ a + self.known_force(self.compensation, q, v, v - v2)
 
-        eta = smooth_saturation(u, self.nominal.effort_limit)
-        gap = solve_spd(M, eta - u)  # Mbar^-1 (eta(u) - u), (11)
         drive1 = -g.c1 * sig(state.s1, g.kappa) + (abar - alpha) + state.s2
         drive2 = -g.c2 * sig(state.s2, g.kappa)
         new = state._replace(filter=filter_state)
         if self.error_compensation:
             s1 = leaky_step(state.s1, g.k1, drive1, period)
             new = new._replace(s1=s1, s2=leaky_step(state.s2, g.k2, drive2, period))
-        if self.anti_saturation:
-            new = new._replace(rho=leaky_step(rho, 1.0, gap, period))
+        gap_of = GAPS[str(self.anti_saturation)]
+        if gap_of is not None:
+            gap = gap_of(u, self.nominal.effort_limit)
+            new = new._replace(rho=leaky_step(rho, 1.0, solve_spd(M, gap), period))
         if self.adaptation:
-            drive = adaptation_drive(g, v2, BB)
-            new = new._replace(theta=leaky_step(theta, g.iota, drive, period))
+            theta_new = adapted(g, self.network.largest_theta, theta, v2, BB, period)
+            new = new._replace(theta=theta_new)
         errors = {"z1": z1, "z2": z2, "v1": v1, "v2": v2}
         states = {"s1": state.s1, "s2": state.s2, "rho": rho, "theta": theta[0]}
         return {"u": u, "alpha": alpha, "abar": abar, **errors, **states}, new

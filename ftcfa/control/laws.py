@@ -17,6 +17,7 @@ a power of ten apart from these rates: the second-order filter works at 10 a2, S
 adaptation at a1/10, and its leakage at a1/100.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pkgutil import resolve_name
@@ -46,6 +47,7 @@ REGULARISED = 0.01
 """Width of the regularised finite-time backstepping [rad or m]."""
 PRESETS: Mapping[str, Callable[[Dynamics], Controller]] = {
     "FTCF": lambda arm: FTCF(arm, compensation="bias"),
+    "FTCF-printed": lambda arm: printed(FTCF(arm, compensation="bias")),
     "FTCF-asymptotic": lambda arm: FTCF(arm, Gains(kappa=1.0), compensation="bias"),
     "FiniteTimeBackstepping-regularised": lambda arm: FiniteTimeBackstepping(
         arm, width=REGULARISED
@@ -60,12 +62,18 @@ CONTROLLERS: Mapping[str, Callable[[Dynamics], Controller]] = {
 
 ABLATIONS: Mapping[str, Mapping[str, Any]] = {
     "without error compensation": {"error_compensation": False},
-    "without the anti-saturation state": {"anti_saturation": False},
+    "without the anti-saturation state": {"anti_saturation": "none"},
     "without the network": {"adaptation": False},
     "with the second-order filter": {"filter": "second-order"},
     "kappa = 1": {"gains": {"kappa": 1.0}},
 }
 """Name of an ablation to the fields of `FTCF` that it replaces."""
+
+
+def printed(law: FTCF) -> FTCF:
+    """The law with (9) and (11) as the paper prints them: neither theta nor rho is bounded."""
+    network = replace(law.network, largest_theta=math.inf)
+    return replace(law, anti_saturation="paper", network=network)
 
 
 def ablated(law: FTCF, ablation: str) -> FTCF:

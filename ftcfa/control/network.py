@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, counting, positive
+from ftcfa.checks import Check, counting, positive, positive_or_infinite
+from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
 from ftcfa.parts import Parameters, Part, number_fields
 
@@ -24,11 +25,14 @@ class RBFNetwork(Part):
         nodes: K, the number of basis functions.
         width: w [rad and rad/s].
         half_range: r, half the side of the box of centres [rad and rad/s].
+        largest_theta: Bound onto which the estimate theta >= 0 is projected; infinity for the
+            paper's law, which has none.
     """
 
     nodes: Annotated[int, Check(counting)] = 10
     width: Annotated[float, Check(positive, "rad and rad/s")] = 4.0
     half_range: Annotated[float, Check(positive, "rad and rad/s")] = 2.0
+    largest_theta: Annotated[float, Check(positive_or_infinite)] = 100.0
 
     varies: ClassVar[Parameters] = number_fields("width", "half_range")
 
@@ -49,12 +53,19 @@ def network_acceleration(gains: Gains, v2: Traceable, theta: Traceable, BB: Trac
     return theta * v2 * BB / (4.0 * gains.tau)
 
 
-def adaptation_drive(gains: Gains, v2: Traceable, BB: Traceable) -> Traceable:
-    """Rate of theta without its leakage, lambda/(4 tau) (v2^T v2)^2 (B^T B), (9).
+def adapted(
+    gains: Gains, largest: float, theta: Traceable, v2: Traceable, BB: Traceable, period: float
+) -> Traceable:
+    """Theta after a period.
 
-    v2 and BB are those of `network_acceleration`.
+        theta' = -iota theta + lambda/(4 tau) (v2^T v2)^2 (B^T B)          (9)
+
+    projected onto [0, largest]. As printed there is no bound: a wrong velocity of 300 rad/s drives
+    theta to 1e6, where its part of the torque turns over from one sample to the next. The other
+    arguments are those of `network_acceleration`.
     """
-    return gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
+    drive = gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
+    return np.minimum(leaky_step(theta, gains.iota, drive, period), largest)
 
 
 @lru_cache

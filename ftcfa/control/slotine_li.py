@@ -40,6 +40,10 @@ class SlotineLi(Law):
     under noise and saturation and moves it back to zero. The estimate need not belong to a
     physically possible body.
 
+    While a torque is beyond its limit, d does not learn: the error then says nothing about p. On a
+    nominal arm that is exact there is nothing to learn, and the default adaptation follows the
+    noise: see README for what that costs.
+
     W scales the parameters of each body by its own mass and size (`Arm.inertial_weights`), so that
     gamma means the same on any arm: the law learns an unmodelled weight at about the rate
     gamma g^2/a2, g = ADAPTATION_SCALE. By default that rate is a1/10 and the leakage is a1/100.
@@ -92,6 +96,8 @@ class SlotineLi(Law):
             + arm.damping_matrix(v_r) @ v_r
         )
         gamma = self.adaptation_rate * self.velocity_rate / ADAPTATION_SCALE**2
-        learning = -gamma * arm.inertial_weights * (Y.T @ s)
+        u = nominal + Y @ d
+        saturated = np.max(np.abs(u) - arm.effort_limit) > 0.0
+        learning = np.where(saturated, 0.0, -gamma * arm.inertial_weights * (Y.T @ s))
         new = SlotineLiState(leaky_step(d, self.leakage, learning, period))
-        return {"u": nominal + Y @ d, "z1": z1, "s": s, "deviation": d}, new
+        return {"u": u, "z1": z1, "s": s, "deviation": d}, new

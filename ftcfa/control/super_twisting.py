@@ -43,6 +43,8 @@ class SuperTwisting(Law):
     Seeber and Andritsch (2025, Automatica 173, arXiv 2406.16094) prove that h^2 is the best
     possible; we had their abstract alone and derived these steps anew.
 
+    While |u_i| exceeds its limit, nu_i holds: it would wind up on an error that it cannot lessen.
+
     Attributes:
         nominal: The arm as the controller knows it.
         position_rate: a1 [1/s].
@@ -79,4 +81,5 @@ class SuperTwisting(Law):
         a = a_r + (x - s) / period + nu
         force = self.known_force("bias", q, v, v_r)
         u = self.nominal.mass_matrix(q) @ a + force
-        return {"u": u, "z1": z1, "s": s, "nu": state.nu}, SuperTwistingState(nu)
+        held = np.where(np.abs(u) > self.nominal.effort_limit, state.nu, nu)
+        return {"u": u, "z1": z1, "s": s, "nu": state.nu}, SuperTwistingState(held)

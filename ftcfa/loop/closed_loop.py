@@ -39,6 +39,10 @@ DIVERGED = 1e4
 """A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
 
 
+HALF = 0.5
+"""Between the two values of `LoopState.restart`."""
+
+
 class Motion(NamedTuple):
     """State that an integration step advances: that of the robot and that of the vibration."""
 
@@ -72,6 +76,8 @@ class LoopState(NamedTuple):
     """State of the plant."""
     controller: Any
     """State of the controller."""
+    restart: Traceable | float = 0.0
+    """1 while the law waits for a good measurement to start anew, else 0; shape () or (1,)."""
     observer: Any = ()
     """State of the observer."""
 
@@ -93,7 +99,9 @@ class ClosedLoop(Part):
     The controller reads q and v every ``period``. Its torque, clipped at the arm's effort limit,
     is held while the plant takes ``substeps`` integration steps. Where a measurement is not finite
     or beyond DIVERGED, the torque is zero and the controller sees the desired motion instead of
-    the measurement, which keeps its own state finite.
+    the measurement, which keeps its own state finite. Where a controller commands a torque that is
+    not finite, the torque is zero, and its `init` gives it a new state at the next good
+    measurement.
 
     Attributes:
         arm: The true robot.
@@ -174,7 +182,8 @@ class ClosedLoop(Part):
             normals = np.zeros(self.process.initial_normals)
         vibration = () if self.vibration is None else self.vibration.init(self.process, normals)
         observer = () if self.observer is None else self.observer.init(self.arm.n)
-        return LoopState(Motion(q, v, vibration), self.controller.init(q, v, desired), observer)
+        controller = self.controller.init(q, v, desired)
+        return LoopState(Motion(q, v, vibration), controller, np.zeros(1), observer)
 
     def step(
         self, state: LoopState, desired: Desired, normals: Array, rows: Array | None = None
@@ -193,7 +202,7 @@ class ClosedLoop(Part):
         """
         if rows is None:
             rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
-        signals, state = self.control(state, desired)
+        signals, state = self.control(self.restarted(state, desired), desired)
         motion = state.motion
         for k in range(self.substeps):
             motion = self.advance(motion, signals["u"], normals[k], rows[k])
@@ -215,13 +224,27 @@ class ClosedLoop(Part):
         if shape != q.shape:
             raise ShapeError("u of the controller", f"shape {shape}", f"{q.shape}")
         limit = self.arm.effort_limit
-        u = np.where(usable, np.clip(command, -limit, limit), 0.0)
+        finite = np.max(np.abs(command)) < np.inf
+        u = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
         motion = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
         signals = {**signals, **motion}
         observer = state.observer
         if self.observer is not None:
             observer = self.observer.step(observer, signals, self.period)
-        return signals, LoopState(state.motion, controller, observer)
+        restart = np.where(finite, state.restart, np.ones(1))
+        return signals, LoopState(state.motion, controller, restart, observer)
+
+    def restarted(self, state: LoopState, desired: Desired) -> LoopState:
+        """The state at a sample, where a law that waits for a good measurement starts anew.
+
+        It waits since a sample at which it commanded a torque that is not finite.
+        """
+        due = np.max(np.where(bounded(state) > 0.0, state.restart, 0.0)) > HALF
+        if not due:
+            return state
+        return state._replace(
+            controller=self.controller.init(state.q, state.v, desired), restart=np.zeros(1)
+        )
 
     def advance(self, motion: Motion, u: Traceable, normals: Traceable, row: Traceable) -> Motion:
         """One integration step of the plant under torque u, shape (n,) [N m or N].

@@ -7,6 +7,7 @@ import xarray as xr
 
 from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
+from ftcfa.control.laws import printed
 from ftcfa.engine.simulate import simulate
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Sinusoid
@@ -86,12 +87,12 @@ def closed_loop(case: Case) -> ClosedLoop:
     """The loop of a case; the nominal arm of its controller is always the corrected one."""
     nominal = load_arm("double_pendulum", gravity=GRAVITY)
     noise = WhiteNoise(INTENSITY, case.noise)
-    printed = case.plant == "as printed"
+    as_printed = case.plant == "as printed"
     return ClosedLoop(
-        arm=PaperPendulum(g=GRAVITY, as_printed=True) if printed else nominal,
-        controller=FTCF(nominal, Gains(kappa=case.kappa), filter=case.filter),
+        arm=PaperPendulum(g=GRAVITY, as_printed=True) if as_printed else nominal,
+        controller=printed(FTCF(nominal, Gains(kappa=case.kappa), filter=case.filter)),
         reference=REFERENCE,
-        vibration=Vibration(PaperPendulumInput() if printed else BaseAcceleration("xz"), noise),
+        vibration=Vibration(PaperPendulumInput() if as_printed else BaseAcceleration("xz"), noise),
         period=case.period,
         q0=Q0,
         v0=V0,

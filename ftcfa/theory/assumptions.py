@@ -17,9 +17,12 @@ def paper_law(loop: ClosedLoop) -> FTCF:
     if not isinstance(law, FTCF):
         expected = "an FTCF, the only law that Theorem 1 covers"
         raise ParameterError("controller", f"a {type(law).__name__}", expected)
-    for part in ("error_compensation", "anti_saturation", "adaptation"):
+    for part in ("error_compensation", "adaptation"):
         if not getattr(law, part):
             raise ParameterError(f"controller {part}", "off", "on, as in Theorem 1")
+    if law.anti_saturation != "paper":
+        got, remedy = repr(law.anti_saturation), "Theorem 1 is about (11) as printed"
+        raise ParameterError("controller anti_saturation", got, "'paper'", remedy)
     return law
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import is_number, not_negative, probability
-from ftcfa.control.ftcf import smooth_saturation
+from ftcfa.control.anti_saturation import smooth_saturation
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop

@@ -13,6 +13,7 @@ import numpy as np
 
 from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
+from ftcfa.control.laws import printed
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.references import Constant
 from ftcfa.model.urdf.load import load_arm
@@ -55,4 +56,4 @@ def _hanging(
     arm = load_arm("double_pendulum", gravity=GRAVITY, effort_limit=effort_limit, lock=lock)
     vibration = Vibration(BaseAcceleration("xz"), noise)
     down, start = np.zeros(arm.n), np.full(arm.n, q0)
-    return ClosedLoop(arm, FTCF(arm, gains), Constant(down), vibration, q0=start)
+    return ClosedLoop(arm, printed(FTCF(arm, gains)), Constant(down), vibration, q0=start)

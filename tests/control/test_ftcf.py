@@ -20,6 +20,7 @@ from ftcfa import (
     RBFNetwork,
     UnknownNameError,
     load_arm,
+    printed,
 )
 from ftcfa.control.protocol import Desired
 from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion
@@ -156,7 +157,7 @@ def measurements(seed, count=8):
     ],
 )
 def test_the_law_is_section_3_number_by_number(gains, compensation, period):
-    law = FTCF(PaperPendulum(), gains, compensation=compensation)
+    law = printed(FTCF(PaperPendulum(), gains, compensation=compensation))
     state = by_hand = None
     for q, v, desired in measurements(seed=3):
         if state is None:
@@ -210,7 +211,7 @@ STILL_DESIRED = Desired(np.array([0.25, -0.1]), np.array([0.3, -0.1]), np.zeros(
 
 def sampled_states(period, duration):
     """psi1, rho and theta of the law after a while of one and the same measurement."""
-    law = FTCF(PaperPendulum())
+    law = printed(FTCF(PaperPendulum()))
     state = law.init(STILL_Q, STILL_V, STILL_DESIRED)
     for _ in range(round(duration / period)):
         _, state = law.step(state, STILL_Q, STILL_V, STILL_DESIRED, period)

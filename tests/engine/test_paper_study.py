@@ -12,6 +12,7 @@ from ftcfa import (
     Vibration,
     WhiteNoise,
     load_arm,
+    printed,
     simulate,
     simulate_paths,
 )
@@ -29,7 +30,7 @@ def study(kappa, filter="implicit", period=1e-3):
     arm = load_arm("double_pendulum", gravity=9.8)
     return ClosedLoop(
         arm,
-        FTCF(arm, Gains(kappa=kappa), filter=filter),
+        printed(FTCF(arm, Gains(kappa=kappa), filter=filter)),
         Sinusoid([1.5, 1.0], [1.0, 2.0]),
         Vibration(BaseAcceleration("xz"), WhiteNoise(0.1, "amplitude")),
         period=period,

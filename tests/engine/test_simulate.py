@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -443,15 +443,44 @@ def test_growth_beyond_all_numbers_within_one_sample_is_a_divergence(engine):
     assert np.all(np.isnan(dataset.q[1:]))
 
 
-def test_a_law_that_asks_for_no_number_is_a_divergence(engine):
-    class Broken(Spring):
-        def step(self, state, q, v, desired, period):
-            return {"u": 0.0 * q + np.where(q[0] < 0.5, np.inf - np.inf, 0.0)}, state
+class Counter(Spring):
+    """Counts its samples from the last start on; from the fourth on it asks for no number."""
 
-    loop = ClosedLoop(PaperPendulum(), Broken(), Constant([0.0, 0.0]), q0=[1.0, 0.0])
-    dataset = simulate(loop, 2.0, engine=engine)
-    fell = dataset.time[np.argmax(dataset.q[:, 0].values < 0.5)]
-    assert float(dataset.diverged_at) == pytest.approx(float(fell) + 1e-3)
+    def init(self, q, v, desired):
+        return (q - desired.q,)
+
+    def step(self, state, q, v, desired, period):
+        (count,) = state
+        u = np.where(count > 3.5, np.inf - np.inf, count)
+        return {"u": u, "count": count}, (count + 1.0,)
+
+
+def test_a_law_that_asks_for_no_number_starts_anew(engine):
+    """Zero torque at that sample; at the next one, init makes a state of the measurement."""
+    plant = Oscillators(1, stiffness=0.0, damping=0.0)
+    loop = ClosedLoop(plant, Counter(), Constant([0.0]), q0=[1.0], period=0.25)
+    dataset = simulate(loop, 2.0, engine=engine, signals=["count", "u_command"])
+    assert np.isnan(float(dataset.diverged_at))
+    q, v, count, expected = 1.0, 0.0, 1.0, []
+    for _ in range(len(dataset.time)):
+        u = count if count <= 3.5 else 0.0
+        expected.append((q, count, u))
+        q, v, count = q + 0.25 * v, v + 0.25 * u, count + 1.0 if count <= 3.5 else np.nan
+        count = q if np.isnan(count) else count
+    for name, values in zip(("q", "count", "u"), zip(*expected, strict=True), strict=True):
+        np.testing.assert_allclose(dataset[name][:, 0], values, rtol=1e-12)
+    assert np.isnan(dataset.u_command).any()
+
+
+def test_other_paths_are_not_started_anew(engine):
+    """Paths whose law asks for no number at other times, side by side and alone: the same bits."""
+    plant = Oscillators(1, stiffness=0.0, damping=0.0)
+    loop = ClosedLoop(plant, Counter(), Constant([0.0]), q0=[1.0], period=0.25)
+    starts = np.linspace(0.0, 3.0, 11)[:, None]
+    together = simulate_paths(loop, 11, 2.0, vary={"q0": starts}, engine=engine)
+    for i, start in enumerate(starts):
+        alone = simulate(replace(loop, q0=start), 2.0, engine=engine)
+        np.testing.assert_array_equal(together.q[i], alone.q)
 
 
 def test_an_arm_that_diverges_raises_nothing(engine):

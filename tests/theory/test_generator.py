@@ -19,6 +19,7 @@ from ftcfa import (
     WhiteNoise,
     bounds,
     load_arm,
+    printed,
     simulate_paths,
 )
 from ftcfa.control.network import RBFNetwork
@@ -79,7 +80,7 @@ def pendulum(intensity=0.1, **changes):
     arm = load_arm("double_pendulum", gravity=9.8)
     reference = Sinusoid([1.5, 1.0], [1.0, 2.0])
     vibration = Vibration(BaseAcceleration("xz"), WhiteNoise(intensity))
-    return ClosedLoop(arm, FTCF(arm), reference, vibration, **changes)
+    return ClosedLoop(arm, printed(FTCF(arm)), reference, vibration, **changes)
 
 
 def states(n, scale, rng, count=STATES):
@@ -141,7 +142,7 @@ def test_theorem_1_at_any_state(robot, scale, kappa):
         c2=rng.uniform(0.5, 50), iota=rng.uniform(0.5, 100), lambda_=rng.uniform(0.1, 10),
     )  # fmt: skip
     loop = ClosedLoop(
-        arm, FTCF(arm, gains), Sinusoid(np.zeros(arm.n)),
+        arm, printed(FTCF(arm, gains)), Sinusoid(np.zeros(arm.n)),
         Vibration(BaseAcceleration("xyz"), WhiteNoise(0.1)),
     )  # fmt: skip
     bound, made, n = bounds(loop), generator(loop), arm.n
@@ -202,7 +203,11 @@ def test_only_white_noise_has_a_generator():
     arm = load_arm("double_pendulum")
     noise = ShapedNoise.from_psd(*["mil_std_810g_highway_truck_vertical"] * 2)
     loop = ClosedLoop(
-        arm, FTCF(arm), Sinusoid(np.zeros(2)), Vibration(BaseAcceleration("xz"), noise), substeps=4
+        arm,
+        printed(FTCF(arm)),
+        Sinusoid(np.zeros(2)),
+        Vibration(BaseAcceleration("xz"), noise),
+        substeps=4,
     )
     with pytest.raises(ParameterError, match="ShapedNoise through BaseAcceleration, expected Wh"):
         generator(loop)

@@ -32,6 +32,7 @@ from ftcfa import (
     Vibration,
     bounds,
     load_arm,
+    printed,
 )
 from ftcfa.cli import main
 from ftcfa.report.bounds import bounds_record, print_bounds
@@ -66,7 +67,7 @@ def link():
 def still(gains=None, robot="double_pendulum", **parts):
     """A loop at rest on its reference."""
     arm = load_arm(robot)
-    return ClosedLoop(arm, FTCF(arm, gains or Gains(), **parts), Constant(arm.home))
+    return ClosedLoop(arm, printed(FTCF(arm, gains or Gains(), **parts)), Constant(arm.home))
 
 
 # The paper's study
@@ -124,11 +125,7 @@ def test_premises_cost_what_the_theorem_says():
 
 def test_remark_6_as_printed_fails():
     """A small lambda raises Gamma; and 1 - tau, for 1 - sigma, would be zero here."""
-    arm = load_arm("double_pendulum")
-    small, large = (
-        bounds(ClosedLoop(arm, FTCF(arm, Gains(lambda_=x)), Constant(arm.home)), theta=1.0).Gamma
-        for x in (0.1, 10.0)
-    )
+    small, large = (bounds(still(Gains(lambda_=x)), theta=1.0).Gamma for x in (0.1, 10.0))
     assert small > large + 400
     assert bounds(still(Gains(tau=1.0))).Vinf > 0
 
@@ -151,7 +148,9 @@ def test_weight_makes_way_for_a_small_k1():
 @pytest.mark.parametrize("weight", [0.5, 1.0, 2.56, 40.0])
 def test_tracking_error_is_the_largest_within_the_level(study, weight):
     """|v1| + |s1| over |v1|^4 + w_s |s1|^4 = 4 Vinf, by brute force."""
-    result = replace(study, weight=weight, law=FTCF(study.law.nominal, Gains(k1=9.0, k2=9.0)))
+    result = replace(
+        study, weight=weight, law=printed(FTCF(study.law.nominal, Gains(k1=9.0, k2=9.0)))
+    )
     v1 = np.linspace(0, (4 * result.Vinf) ** 0.25, 100_001)
     s1 = ((4 * result.Vinf - v1**4) / weight) ** 0.25
     assert result.ultimate_error == pytest.approx(np.max(v1 + s1), rel=1e-6)
@@ -339,12 +338,16 @@ def test_loops_that_theorem_1_does_not_cover():
         bounds(ClosedLoop(arm, ComputedTorque(arm), *rest))
     with pytest.raises(ParameterError, match="controller adaptation: off, expected on"):
         bounds(ClosedLoop(arm, FTCF(arm, adaptation=False), *rest))
+    for gap in ("bounded", "none"):
+        law = FTCF(arm, anti_saturation=gap)
+        with pytest.raises(ParameterError, match=f"anti_saturation: '{gap}', expected 'paper'"):
+            bounds(ClosedLoop(arm, law, *rest))
     with pytest.raises(ParameterError, match="nominal arm: a PaperPendulum, expected an Arm"):
-        bounds(ClosedLoop(PaperPendulum(), FTCF(PaperPendulum()), Sinusoid([0.0, 0.0])))
+        bounds(ClosedLoop(PaperPendulum(), printed(FTCF(PaperPendulum())), Sinusoid([0.0, 0.0])))
     noise = ShapedNoise.from_psd(*["mil_std_810g_highway_truck_vertical"] * 2)
     shaken = Vibration(BaseAcceleration("xz"), noise)
     with pytest.raises(ParameterError, match="vibration: ShapedNoise through BaseAcceleration"):
-        bounds(ClosedLoop(arm, FTCF(arm), *rest, shaken, substeps=4))
+        bounds(ClosedLoop(arm, printed(FTCF(arm)), *rest, shaken, substeps=4))
 
 
 # The command

@@ -24,6 +24,7 @@ NEGLIGIBLE = 1e-6
 DISTURBANCE = 1e-3
 """Standard deviation by which states are moved away from zero, where sign(x) is discontinuous."""
 START, MEMORY, MOTION = "state from init", "state from step", "motion"
+AGAIN = "state from init at a later sample"
 """Names of the quantities that are compared beside the signals."""
 
 
@@ -95,6 +96,8 @@ def _samples(loop: ClosedLoop) -> Iterator[Sample]:
             motion = loop.advance(state.motion, signals["u"], normals, row)
         results |= {name: flat(value) for name, value in signals.items()}
         results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
+        if k == SAMPLES - 1:  # init clears what a law hides, which the samples are to bring out
+            results[AGAIN] = flat(loop.controller.init(state.q, state.v, desired))
         yield Sample(state, desired, initial, normals, row, results)
         state = after._replace(motion=motion)
 
@@ -126,7 +129,7 @@ def _author(loop: ClosedLoop, name: str) -> str:
     """Author of a quantity for a message: file and line of the law, or the plant's type."""
     if name == MOTION:
         return f"{type(loop.arm).__name__} and its vibration"
-    law = getattr(type(loop.controller), "init" if name == START else "step", None)
+    law = getattr(type(loop.controller), "init" if name in (START, AGAIN) else "step", None)
     code = getattr(law, "__code__", None)
     where = f"{code.co_filename}, line {code.co_firstlineno}: " if code else ""
     return f"{where}{type(loop.controller).__name__}"

@@ -38,8 +38,9 @@ class Assembly:
         self.lines.append(f"  {instruction}")
 
     def label(self, name: str) -> None:
-        """Begin a block."""
+        """Begin a block; it need not be reached from the last one, so no reciprocal is known."""
         self.lines.append(f"{name}:")
+        self._reciprocals.clear()
 
     def splat(self, scalar_type: str, literal: str) -> str:
         """A constant in every lane."""
@@ -102,6 +103,12 @@ class Assembly:
     def select(self, mask: str, x: str, y: str) -> str:
         """Lanes of x where the mask is set, else of y."""
         return self.emit(f"select {self.mask} {mask}, {self.vector} {x}, {self.vector} {y}")
+
+    def any(self, mask: str) -> str:
+        """Whether a mask is set in any lane, as one bit."""
+        symbol = f"@llvm.vector.reduce.or.v{self.lanes}i1"
+        self.declarations.add(f"declare i1 {symbol}({self.mask})")
+        return self.emit(f"call i1 {symbol}({self.mask} {mask})")
 
     def intrinsic(self, name: str, *arguments: str) -> str:
         """An LLVM intrinsic on vectors of doubles."""

@@ -16,6 +16,7 @@ from ftcfa.engine.compiler.assembly import Assembly, Entries, normals
 from ftcfa.engine.compiler.tape import lower
 from ftcfa.engine.compiler.trace import TracedLoop
 from ftcfa.engine.compiler.vector_math import Target, bind
+from ftcfa.loop.closed_loop import HALF
 from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
@@ -150,6 +151,7 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     desired = _desired(asm, row, first.nnz_in(1))
     step = asm.emit(f"mul i64 %tick, {traced.substeps}")
     noise = _noise(asm, first, seed, paths, step)
+    _renew(asm, traced, desired)
     inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
     after, signals, u, (bounded,) = lower(asm, first, inputs)
     running = _not_diverged(asm, bounded)
@@ -204,6 +206,21 @@ def _desired(asm: Assembly, row: str, entries: int) -> Entries:
         return asm.broadcast("double", scalar)
 
     return entry
+
+
+def _renew(asm: Assembly, traced: TracedLoop, desired: Entries) -> None:
+    """Code that starts a law anew in the lanes where it waits for it; ends with `control`."""
+    motion, memory = traced.renewed.nnz_in(0), traced.renewed.nnz_out(0)
+    waiting = asm.load("%state", motion + memory)
+    due = asm.compare("ogt", waiting, asm.constant(HALF))
+    asm.do(f"br i1 {asm.any(due)}, label %renew, label %control")
+    asm.label("renew")
+    inputs = [asm.memory("%state"), desired, asm.memory("%parameters")]
+    (again,) = lower(asm, traced.renewed, inputs)
+    for i, value in enumerate([*again, asm.constant(0.0)], start=motion):
+        asm.store(asm.select(due, value, asm.load("%state", i)), "%state", i)
+    asm.do("br label %control")
+    asm.label("control")
 
 
 def _not_diverged(asm: Assembly, bounded: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from ftcfa.arrays import Array, Traceable
 from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler import agreement
-from ftcfa.engine.compiler.agreement import MEMORY, MOTION, START, Sample
+from ftcfa.engine.compiler.agreement import AGAIN, MEMORY, MOTION, START, Sample
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
@@ -36,6 +36,8 @@ class TracedLoop:
             controller and the first integration step.
         further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
             or None.
+        renewed: (motion, desired, parameters) -> state of the controller, as `init` gives it; in
+            the loop's state it stands after the motion and before `LoopState.restart`.
         signals: Name and shape of each recorded signal.
         observer: State of the observer, the last entries of the loop's; () if there is none.
         substeps: Integration steps a sample.
@@ -46,6 +48,7 @@ class TracedLoop:
     init: ca.Function
     first: ca.Function
     further: ca.Function | None
+    renewed: ca.Function
     signals: tuple[tuple[str, tuple[int, ...]], ...]
     observer: Any
     substeps: int
@@ -161,6 +164,8 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
             (name, array.ravel()) for (name, _), array in zip(code.signals, arrays, strict=True)
         )
         yield "u", u
+        if AGAIN in sample.results:
+            yield AGAIN, _numbers(code.renewed(motion, desired, parameters))
         yield MEMORY, after[len(motion) :]
         yield MOTION, after[: len(motion)]
         if code.further is not None:
@@ -201,7 +206,10 @@ def _trace(
     initial = symbols("initial", loop.process.initial_normals)
     start = leaves(loop.init(desired, initial))
     init = _function("init", [desired, [initial], inputs], [start])
-    return TracedLoop(init, first, further, tuple(shapes.items()), template.observer, loop.substeps)
+    again = leaves(loop.controller.init(state.q, state.v, desired))
+    renewed = _function("renewed", [leaves(state.motion), desired, inputs], [again])
+    signals_of = tuple(shapes.items())
+    return TracedLoop(init, first, further, renewed, signals_of, template.observer, loop.substeps)
 
 
 def _symbol_like(leaf: Array) -> Traceable:
@@ -226,7 +234,8 @@ def _array(a: Any) -> Any:
 
 
 def _check_sizes(loop: ClosedLoop, before: LoopState, after: LoopState) -> None:
-    sizes = [sum(size(leaf) for leaf in leaves(state)) for state in (before, after)]
+    states = [(state.motion, state.controller, state.observer) for state in (before, after)]
+    sizes = [sum(size(leaf) for leaf in leaves(state)) for state in states]
     if sizes[0] != sizes[1]:
         got = f"{sizes[0]} numbers from init, {sizes[1]} from step (q and v among them)"
         subject, remedy = type(loop.controller).__name__, "let init return a state of full size"
