@@ -50,7 +50,7 @@ def test_own_noise_input():
 def test_compare_laws(tmp_path):
     text = printed("compare_laws.py", "--quick", "--out", tmp_path)
     for kind in ("rivals", "ablations", "conditions"):
-        assert f"Double pendulum: {kind}" in text
+        assert f"Double pendulum, white noise 0.1 (psd): {kind}" in text
         assert f"Panda on a truck's floor: {kind}" in text
     assert "…" not in text
     files = sorted(file.name for file in tmp_path.iterdir())
@@ -64,6 +64,7 @@ def test_compare_laws(tmp_path):
         ("generator.py", "The paper's study, 8 paths of 0.3 s"),
         ("rival_singularity.py", "Panda: largest demanded torque of a path"),
         ("filters.py", "Rms error of the derivative"),
+        ("basin.py", "Lost paths [%]"),
     ],
 )
 def test_scripts_with_a_figure(tmp_path, script, title):

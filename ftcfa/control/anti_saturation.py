@@ -19,7 +19,7 @@ from ftcfa.checks import known_name
 
 AntiSaturation: TypeAlias = Literal["bounded", "paper", "none"]
 """Name of a gap; with ``"none"`` rho stays zero."""
-MARGIN = 1.1
+MARGIN = 1.05
 """Multiple m of the limits up to which a torque beyond them drives rho."""
 
 

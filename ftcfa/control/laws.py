@@ -70,6 +70,10 @@ ABLATIONS: Mapping[str, Mapping[str, Any]] = {
 """Name of an ablation to the fields of `FTCF` that it replaces."""
 
 
+PRINTED = 'as printed: anti_saturation = "paper", theta without a bound'
+"""How outputs name the law that `printed` gives."""
+
+
 def printed(law: FTCF) -> FTCF:
     """The law with (9) and (11) as the paper prints them: neither theta nor rho is bounded."""
     network = replace(law.network, largest_theta=math.inf)

@@ -40,6 +40,7 @@ def bounds_record(promised: Bounds, paths: TheoremPaths) -> dict[str, Any]:
         "verdict": promised.verdict,
         "applies": promised.applies,
         "informative": promised.informative,
+        "anti_saturation": promised.law.anti_saturation,
         "supplied": {name: getattr(promised, name) for name in ("theta", "eps", "pi1", "sigma")},
         "joints": promised.n,
         "kappa": promised.kappa,
@@ -118,6 +119,7 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Labels and texts of the constants."""
     supplied = record["supplied"]
     facts = [
+        ("law", f'(11) as printed, anti_saturation = "{record["anti_saturation"]}"'),
         ("supplied", ", ".join(f"{name} = {value:g}" for name, value in supplied.items())),
         ("Mmin, Mmax", f"{record['Mmin']:.4g}, {record['Mmax']:.4g} kg m^2 or kg"),
         ("w_s, p", f"{record['weight']:.4g}, {record['p']:.4g}"),

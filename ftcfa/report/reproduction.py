@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from rich.console import Console
 
+from ftcfa.control.laws import PRINTED
 from ftcfa.report.figures import filters, overall_error, rendered, torque, tracking
 from ftcfa.report.records import finite, summary_file, versions
 from ftcfa.report.terminal import number, print_facts, print_line, print_table
@@ -90,6 +91,7 @@ def summary_record(
     """
     return {
         "study": "Song, Zhao and Cui, Section V",
+        "law": PRINTED,
         "quick": quick,
         "duration": duration,
         "seed": SEED,
@@ -149,6 +151,7 @@ def print_summary(record: Mapping[str, Any], console: Console) -> None:
     print_table(HEADS, map(_cells, record["cases"]), console, "llllr")
     late = f"{record['duration'] / 2:g} s to {record['duration']:g} s"
     meanings = {
+        "law": record["law"],
         "noise": "psd: varpi is the intensity; amplitude: its root, as the paper prints it",
         "rms OTE": f"root mean square of |q - q_d|, {late}",
         "settled": f"time from which |q - q_d| stays below {record['settled_band']:g} rad",

@@ -11,6 +11,7 @@ from matplotlib.image import imread
 from rich.console import Console
 from scipy import stats
 
+import ftcfa
 from ftcfa import (
     FTCF,
     BaseAcceleration,
@@ -50,7 +51,13 @@ class NoLaw:
         return {"u": 0.0 * q}, state
 
 
-SOUND = shaken(FTCF(ARM), Sinusoid((1.5, 1.0), (1.0, 2.0)), 0.1, q0=(-0.1, 0.25), v0=(-0.3, 0.45))
+SOUND = shaken(
+    ftcfa.printed(FTCF(ARM)),
+    Sinusoid((1.5, 1.0), (1.0, 2.0)),
+    0.1,
+    q0=(-0.1, 0.25),
+    v0=(-0.3, 0.45),
+)
 DIVERGING = shaken(NoLaw(), Constant([0.0, 0.0]), 1e7)
 """Some of its paths diverge."""
 

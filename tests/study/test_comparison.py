@@ -16,6 +16,7 @@ from ftcfa import (
     Vibration,
     WhiteNoise,
     load_arm,
+    printed,
     simulate_paths,
 )
 from ftcfa.report.comparison import comparison_record, sentences
@@ -29,7 +30,7 @@ ARM = load_arm("double_pendulum", gravity=9.8)
 def loop(**gains):
     return ClosedLoop(
         ARM,
-        FTCF(ARM, Gains(**gains)),
+        printed(FTCF(ARM, Gains(**gains))),
         Sinusoid([1.5, 1.0], [1.0, 2.0]),
         Vibration(BaseAcceleration("xz"), WhiteNoise(0.1)),
         q0=[-0.1, 0.25],

@@ -14,6 +14,7 @@ from ftcfa import (
     Vibration,
     WhiteNoise,
     load_arm,
+    printed,
     simulate,
     simulate_paths,
     verify,
@@ -31,7 +32,7 @@ def loop():
     arm = load_arm("double_pendulum", gravity=9.8)
     return ClosedLoop(
         arm,
-        FTCF(arm),
+        printed(FTCF(arm)),
         Sinusoid((1.5, 1.0), (1.0, 2.0)),
         Vibration(BaseAcceleration("xz"), WhiteNoise(0.1, "amplitude")),
         q0=(-0.1, 0.25),
