@@ -11,8 +11,6 @@ from ..masses import run_process
 
 SAMPLING = 8000.0
 """Of the records [Hz]."""
-SPLINE = 1e-3
-"""Error of a cubic spline with 11 samples a period or more, relative."""
 
 
 def record_of(tone, seconds=0.5):
@@ -26,18 +24,45 @@ def table(excitation, step):
 
 
 @pytest.mark.filterwarnings("ignore:integration step")
-@pytest.mark.parametrize("step", [1e-4, 1e-3, 1e-3 / 3, 0.7e-3, 1e-3 / np.pi])
-@pytest.mark.parametrize("f", [30.0, 124.0, 200.0, 350.0, 700.0])
-def test_the_integrals_of_a_tone_are_exact(f, step):
-    """Over every step but the last, where the record begins anew; its tone may be above Nyquist's
-    frequency of the steps."""
-    record = record_of(lambda t: np.sin(2 * np.pi * f * t + 0.4))
+@pytest.mark.parametrize("step", [1e-4, 1e-3, 1e-3 / 3, 0.7e-3, 1e-3 / np.pi, 13e-3])
+@pytest.mark.parametrize(
+    ("sampling", "f"),
+    [(r, f) for r in (100.0, 1600.0, 8000.0) for f in (6.0, 40.0, 350.0, 700.0) if f < r / 2],
+)
+def test_the_integrals_of_a_tone_are_exact(f, sampling, step):
+    """To rounding, up to half the record's rate; the tone may be above Nyquist's of the steps.
+
+    The tone is even about the record's middle, so that no trend is taken from it.
+    """
+    count, w = round(0.5 * sampling), 2 * np.pi * f
+    middle = (count - 1) / 2 / sampling
+    record = Record(1 / sampling, np.cos(w * (np.arange(count) / sampling - middle))[:, None])
     Y, *_ = table(RecordedAcceleration(record), step)
-    w, ends = 2 * np.pi * f, step * np.arange(len(Y) + 1)
-    slope, _ = np.polyfit(np.arange(4000) / SAMPLING, record.values[:, 0], 1)
-    exact = np.diff(-np.cos(w * ends + 0.4) / w - slope * ends**2 / 2)
-    exact -= exact.mean()
-    np.testing.assert_allclose(Y[:-1, 0], exact[:-1], rtol=0, atol=SPLINE / w)
+    w_played = w * 0.5 / (len(Y) * step)  # it repeats after a whole number of steps
+    ends = step * np.arange(len(Y) + 1)
+    exact = np.diff(np.sin(w_played * ends - w * middle)) / w_played
+    np.testing.assert_allclose(Y[:, 0], exact - exact.mean(), rtol=0, atol=1e-9 / w)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_record_near_its_nyquist_frequency_has_no_images():
+    """40 Hz at 100 Hz, played at 1 ms: one line, of the full amplitude, and nothing else."""
+    count = 500
+    values = np.cos(2 * np.pi * 40 * (np.arange(count) - (count - 1) / 2) / 100)[:, None]
+    Y, *_ = table(RecordedAcceleration(Record(0.01, values)), 1e-3)
+    lines = 2 * np.abs(np.fft.rfft(Y[:, 0])) / len(Y) / 1e-3
+    assert lines[200] == pytest.approx(np.sinc(0.04), rel=1e-9)
+    assert np.max(np.delete(lines, 200)) < 1e-9
+
+
+def test_power_above_the_steps_own_nyquist_frequency_is_named():
+    """Of a tone of 700 Hz all; it folds back to 300 Hz with the amplitude sinc(0.7)."""
+    record = record_of(lambda t: np.cos(2 * np.pi * 700 * t))
+    with pytest.warns(UserWarning, match=r"\(100 % above 500 Hz, which folds back\)"):
+        Y, *_ = table(RecordedAcceleration(record), 1e-3)
+    lines = 2 * np.abs(np.fft.rfft(Y[:, 0])) / len(Y) / 1e-3
+    assert np.argmax(lines) == 150
+    assert lines[150] == pytest.approx(np.sinc(0.7), rel=1e-3)
 
 
 def test_the_mean_over_a_step_is_a_sinc_smaller():
