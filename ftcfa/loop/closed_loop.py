@@ -14,7 +14,7 @@ from ftcfa.checks import Check, about, counting, having, known_name, positive, v
 from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
-from ftcfa.loop.references import Posture, Reference
+from ftcfa.loop.references import Posture, Reference, Table
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
@@ -106,7 +106,8 @@ class ClosedLoop(Part):
     Attributes:
         arm: The true robot.
         controller: The control law; it holds the nominal robot.
-        reference: The desired motion.
+        reference: The desired motion; the columns of a `Table` with names are put into the order
+            of the arm's joints.
         vibration: The vibration of the robot, or None.
         period: Sampling period of the controller [s].
         substeps: Integration steps a period.
@@ -141,6 +142,10 @@ class ClosedLoop(Part):
         if self.uncertainty is not None:
             with about("uncertainty"):
                 self.uncertainty.check(cast(Arm, self.arm))
+        if isinstance(self.reference, Table):
+            with about("reference"):
+                table = self.reference.of_joints(tuple(self.arm.joint_names))
+            object.__setattr__(self, "reference", table)
         n, joints = self.arm.n, ", ".join(self.arm.joint_names)
         if self.reference.n != n:
             got = f"{self.reference.n} joints"

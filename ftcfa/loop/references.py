@@ -14,7 +14,7 @@ from ftcfa.checks import Check, numbers
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
-from ftcfa.vibration.columns import reads_as_number
+from ftcfa.vibration.columns import read_csv
 
 Posture: TypeAlias = npt.ArrayLike | Literal["home"]
 """Numbers, one for each joint [rad or m]; in files also "home", the arm's home posture."""
@@ -179,29 +179,51 @@ class Table(_Tabulated):
     Attributes:
         times: Rising times, shape (P,) [s].
         points: Posture at each time, shape (P, n) [rad or m].
+        joints: Names of the joints in the order of the columns, which a loop matches with those
+            of its arm; without names they go by position.
     """
+
+    joints: tuple[str, ...] = ()
 
     @classmethod
     def from_file(cls, file: str | Path) -> "Table":
         """Read a CSV file: a column of times [s], then one for each joint [rad or m].
 
-        Comments begin with ``#``. A first line of column names, whose first word is no number, is
-        skipped.
+        Comments begin with ``#``. A first line of words names the columns; units in brackets are
+        left out.
 
         Raises:
             ParameterError: If the file cannot be read or is not such a table.
         """
-        try:
-            lines = Path(file).read_text(encoding="utf-8-sig").splitlines()
-            rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-            header = bool(rows) and not reads_as_number(rows[0].split(",")[0])
-            table = np.array([row.split("#")[0].split(",") for row in rows[header:]], dtype=float)
-        except (OSError, ValueError) as error:
-            expected = "a CSV table: time, then one column for each joint"
-            raise ParameterError(str(file), f"unreadable ({error})", expected) from error
-        if table.ndim != 2 or min(table.shape) < 2:
-            raise ParameterError(str(file), f"shape {table.shape}", "two rows and columns or more")
-        return cls(*_table(str(file), table[:, 0], table[:, 1:]))
+        columns = read_csv(Path(file), times=True)
+        if columns.values.shape[1] < 2:
+            expected = "a column of times, then one column for each joint"
+            raise ParameterError(str(file), "1 column", expected)
+        times, points = columns.values[:, 0], columns.values[:, 1:]
+        names = [name.split("[")[0].strip() for name in columns.names[1:]]
+        return cls(*_table(str(file), times, points), joints=tuple(names if columns.header else ()))
+
+    def of_joints(self, names: tuple[str, ...]) -> "Table":
+        """The table with its columns in the order of an arm's joints, by name.
+
+        Raises:
+            ParameterError: If its names are not those of the joints.
+        """
+        if self.joints in ((), names):
+            return self
+        if sorted(self.joints) != sorted(names):
+            strange = [name for name in self.joints if name not in names]
+            absent = [name for name in names if name not in self.joints]
+            got = f"columns {', '.join(self.joints)}" + "".join(
+                f"; {word} {', '.join(some)}"
+                for word, some in (("unknown:", strange), ("missing:", absent))
+                if some
+            )
+            remedy = "name the columns after the joints, or leave the header out to go by position"
+            expected = f"one column for each of {', '.join(names)}"
+            raise ParameterError("joints of the Table", got, expected, remedy)
+        order = [self.joints.index(name) for name in names]
+        return Table(self.times, np.asarray(self.points)[:, order], names)
 
     @cached_property
     def _spline(self) -> CubicSpline:

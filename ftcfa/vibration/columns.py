@@ -5,6 +5,7 @@ file the arrays ``time`` and ``acceleration`` and optionally ``unit``.
 """
 
 import csv
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ class Columns(NamedTuple):
     rows: npt.NDArray[np.intp]  # row of each sample in the file, counted from 1 (samples,)
     names: tuple[str, ...]
     unit: str  # of the whole file, or ""
+    header: bool = False  # whether the names are those of the file
 
 
 def read_columns(path: Path, times: bool) -> Columns:
@@ -38,8 +40,17 @@ def read_columns(path: Path, times: bool) -> Columns:
     readers = {".csv": _read_csv, ".txt": _read_csv, ".npy": _read_npy, ".npz": _read_npz}
     if path.suffix.lower() not in readers:
         raise UnknownNameError(f"{path}: kind of file", path.suffix, readers)
+    return _checked(path, readers[path.suffix.lower()], times)
+
+
+def read_csv(path: Path, times: bool) -> Columns:
+    """Read the columns of a text file, whatever its name ends with; see `read_columns`."""
+    return _checked(path, _read_csv, times)
+
+
+def _checked(path: Path, read: Callable[[Path, bool], Columns], times: bool) -> Columns:
     try:
-        table = readers[path.suffix.lower()](path, times)
+        table = read(path, times)
     except OSError as error:
         raise ParameterError(str(path), error.strerror or str(error), "a readable file") from error
     if len(table.values) < 2:
@@ -55,30 +66,33 @@ def read_columns(path: Path, times: bool) -> Columns:
 
 
 def _read_csv(path: Path, times: bool) -> Columns:
-    """Commas, semicolons or tabs; an optional header; lines that begin with # are comments."""
+    """Commas, semicolons or tabs; an optional header; what follows a # is a comment."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise ParameterError(str(path), str(error), "a text in UTF-8") from error
-    numbered = [(k, s) for k, s in enumerate(lines, 1) if s.strip() and not s.startswith("#")]
+    uncommented = enumerate((line.split("#")[0] for line in lines), 1)
+    numbered = [(k, line) for k, line in uncommented if line.strip()]
     if not numbered:
         raise ParameterError(str(path), "empty", "a header and rows of numbers")
     delimiter = max(",;\t", key=numbered[0][1].count)
     cells = list(csv.reader((line for _, line in numbered), delimiter=delimiter))
     width = len(cells[0])
-    names = _default_names(width, times)
-    if not all(reads_as_number(cell) for cell in cells[0]):
+    names, header = _default_names(width, times), False
+    if not _reads_as_number(cells[0][0]):
+        header = True
         names, numbered, cells = tuple(c.strip() for c in cells[0]), numbered[1:], cells[1:]
     values = np.empty((len(cells), width))
     for i, ((row, _), line) in enumerate(zip(numbered, cells, strict=True)):
         if len(line) != width:
             raise ParameterError(f"{path}: row {row}", f"{len(line)} columns", f"{width} columns")
         for j, cell in enumerate(line):
-            if not reads_as_number(cell):
+            if not _reads_as_number(cell):
                 subject = f"{path}: row {row}, column {j + 1} ({names[j]})"
                 raise ParameterError(subject, repr(cell.strip()), "a number")
             values[i, j] = float(cell)
-    return Columns(values, np.array([row for row, _ in numbered], dtype=np.intp), names, "")
+    rows = np.array([row for row, _ in numbered], dtype=np.intp)
+    return Columns(values, rows, names, "", header)
 
 
 def _read_npy(path: Path, times: bool) -> Columns:
@@ -125,7 +139,7 @@ def _default_names(width: int, times: bool) -> tuple[str, ...]:
     return ("time", *axes) if times else axes
 
 
-def reads_as_number(cell: str) -> bool:
+def _reads_as_number(cell: str) -> bool:
     """Whether a text is a number, such as "1e-3" or "nan"."""
     try:
         float(cell)

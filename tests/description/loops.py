@@ -129,6 +129,9 @@ LOOPS = {
     "table": lambda: loop(
         reference=Table([0.0, 0.1, THIRD], [[0.0, 0.1], [THIRD, 0.2], [0.3, 0.3]])
     ),
+    "table with names": lambda: loop(
+        reference=Table([0.0, THIRD], [[0.0, 0.1], [THIRD, 0.2]], ("elbow", "shoulder"))
+    ),
     "uncertainty": lambda: loop(
         load_arm("xarm7"),
         uncertainty=Uncertainty(THIRD, friction=0.1, payload=(0.1, THIRD), distribution="bounded"),

@@ -5,7 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ftcfa import Constant, MinimumJerk, ParameterError, ShapeError, Sinusoid, Table
+from ftcfa import (
+    ClosedLoop,
+    Constant,
+    MinimumJerk,
+    ParameterError,
+    PDGravity,
+    ShapeError,
+    Sinusoid,
+    Table,
+    load_arm,
+)
 
 STEP = 1e-4
 """Of the central differences [s]."""
@@ -191,17 +201,16 @@ def test_a_csv_file_is_read(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "shape"),
-        ("# nothing\n", "shape"),
-        ("time,q\n", "shape"),
-        ("0.0,0.1\n", "two rows"),
-        ("0.0\n1.0\n", "two rows and columns or more"),
-        ("0.0,0.1\n1.0,abc\n", "unreadable"),
-        ("0.0,abc\n1.0,0.2\n2.0,0.3\n", "unreadable"),
-        ("0.0,0.1\n1.0\n", "unreadable"),
-        ("0.0;0.1\n1.0;0.2\n", "unreadable"),
-        ("nan,0.1\n1.0,0.2\n2.0,0.3\n", "row 0 is nan"),
-        ("0.0,0.1\n1.0,nan\n", "row 1 is 1.0"),
+        ("", "empty"),
+        ("# nothing\n", "empty"),
+        ("time,q\n", "no samples, expected two or more"),
+        ("0.0,0.1\n", "1 samples, expected two or more"),
+        ("0.0\n1.0\n", "1 column, expected a column of times, then one column for each joint"),
+        ("0.0,0.1\n1.0,abc\n", r"row 2, column 2 \(axis 1\): 'abc', expected a number"),
+        ("0.0,abc\n1.0,0.2\n2.0,0.3\n", r"row 1, column 2 \(axis 1\): 'abc', expected a number"),
+        ("0.0,0.1\n1.0\n", "row 2: 1 columns, expected 2 columns"),
+        ("nan,0.1\n1.0,0.2\n2.0,0.3\n", "row 1, column 1: nan"),
+        ("0.0,0.1\n1.0,nan\n", "row 2, column 2: nan"),
         ("0.0,0.1\n2.0,0.2\n1.0,0.3\n", "time 1.0 follows 2.0, expected increasing times"),
     ],
 )
@@ -213,11 +222,43 @@ def test_a_bad_file_is_refused_by_name(tmp_path, text, complaint):
 
 
 def test_a_missing_or_binary_file_is_refused_by_name(tmp_path):
-    with pytest.raises(ParameterError, match=r"none\.csv: unreadable .*expected a CSV table"):
+    with pytest.raises(ParameterError, match=r"none\.csv: No such file .*expected a readable"):
         Table.from_file(tmp_path / "none.csv")
     binary = tmp_path / "binary.csv"
     binary.write_bytes(bytes(range(256)))
-    with pytest.raises(ParameterError, match=r"binary\.csv: unreadable"):
+    with pytest.raises(ParameterError, match=r"binary\.csv: .*expected a text in UTF-8"):
         Table.from_file(binary)
-    with pytest.raises(ParameterError, match="unreadable"):
+    with pytest.raises(ParameterError, match="Is a directory"):
         Table.from_file(tmp_path)
+
+
+def test_columns_go_by_the_names_of_the_joints(tmp_path):
+    """As ROS writes them: sorted by name, wherever the joints stand in the arm."""
+    file = tmp_path / "motion.csv"
+    arm = load_arm("double_pendulum")
+    shoulder, elbow = arm.joint_names
+    file.write_text(f"time [s],{elbow} [rad],{shoulder} [rad]\n" + ROWS)
+    table = Table.from_file(file)
+    loop = ClosedLoop(arm, PDGravity(arm), table)
+    np.testing.assert_array_equal(loop.reference.points, table.points[:, ::-1])
+    assert loop.reference.joints == arm.joint_names
+    unnamed = ClosedLoop(arm, PDGravity(arm), Table(table.times, table.points))
+    np.testing.assert_array_equal(unnamed.reference.points, table.points)
+
+
+@pytest.mark.parametrize(
+    ("names", "complaint"),
+    [
+        (
+            ("elbow", "wrist"),
+            "columns elbow, wrist; unknown: wrist; missing: shoulder, expected one",
+        ),
+        (("elbow", "elbow"), "columns elbow, elbow; missing: shoulder, exp"),
+        (("q1", "q2"), "unknown: q1, q2; missing: shoulder, elbow, .* or leave the header out"),
+    ],
+)
+def test_columns_of_other_joints_are_refused(names, complaint):
+    arm = load_arm("double_pendulum")
+    with pytest.raises(ParameterError, match=complaint) as caught:
+        ClosedLoop(arm, PDGravity(arm), Table([0.0, 1.0], np.zeros((2, 2)), names))
+    assert caught.value.field == "reference"
