@@ -36,10 +36,12 @@ import json
 import os
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
+import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
@@ -51,6 +53,7 @@ from ftcfa.checks import (
     not_negative,
     of_type,
     positive,
+    positive_numbers,
     probability,
 )
 from ftcfa.description.read import rebuild
@@ -69,8 +72,9 @@ _NUMBERS = re.compile(r"\[\n([^\[\]\"{}]*)\]")
 
 def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
     """Raise ParameterError unless quantiles are one or more probabilities."""
-    if not quantiles:
-        raise ParameterError(subject, "none", "one or more numbers")
+    if not isinstance(quantiles, Sequence) or not quantiles:
+        got = "none" if quantiles == () else repr(quantiles)
+        raise ParameterError(subject, got, "one or more numbers")
     for p in quantiles:
         probability(subject, p)
 
@@ -91,6 +95,8 @@ class Experiment(Part):
         quantiles: Probabilities of the quantiles over time.
         chunk: Number of paths that are computed and stored at once.
         specification: Specification that `verify` tests, or None.
+        lost: Error beyond which a joint has lost track, one number or one for each joint [rad or
+            m]; see `ftcfa.ensemble`.
 
     Raises:
         FtcfaError: If a field is out of range; it carries the field's name.
@@ -108,6 +114,7 @@ class Experiment(Part):
     specification: Annotated[
         Specification | None, Check(of_type(Specification, "a Specification, or None"))
     ] = None
+    lost: Annotated[npt.ArrayLike | None, Check(positive_numbers, "rad or m")] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -130,6 +137,7 @@ class Experiment(Part):
             record_every=self.record_every,
             tolerance=self.tolerance,
             after=self.after,
+            lost=self.lost,
             quantiles=self.quantiles,
             chunk=self.chunk,
             **options,

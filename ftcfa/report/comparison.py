@@ -28,11 +28,14 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
                 "mean": interval(one["mean"].sel(metric=name).values),
                 "quantiles": [finite(x) for x in one["quantiles"].sel(metric=name).values],
                 "difference": interval(one["difference"].sel(metric=name).values),
+                "median_difference": interval(one["median_difference"].sel(metric=name).values),
                 "significant": bool(one["significant"].sel(metric=name)),
+                "median_significant": bool(one["median_significant"].sel(metric=name)),
+                "carried_by_few": bool(one["carried_by_few"].sel(metric=name)),
             }
             for name, metric in COMPARED.items()
         }
-        counts = {name: int(one[name]) for name in ("settled", "diverged")}
+        counts = {name: int(one[name]) for name in ("settled", "kept", "diverged")}
         differs = str(one["differs"].values)
         rows.append({"loop": str(loop), "differs in": differs, **counts, "metrics": metrics})
     return {
@@ -47,8 +50,9 @@ def comparison_record(dataset: xr.Dataset) -> dict[str, Any]:
 def print_comparison(record: Mapping[str, Any], console: Console) -> None:
     """Print the result of `comparison_record`: means of the paths that did not diverge."""
     heads = ["loop", *(f"{COMPARED[name].column}\n{_unit(name)}" for name in COLUMNS)]
+    median = record["quantiles"].index(0.5)
     rows = (
-        [row["loop"], *(_cell(row["metrics"][name], name) for name in COLUMNS)]
+        [row["loop"], *(_cell(row["metrics"][name], name, median) for name in COLUMNS)]
         for row in record["loops"]
     )
     print_table(heads, rows, console, "fr")
@@ -65,10 +69,14 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
         f"{record['paths']} paths of {duration:g} s with the same noise for all loops. Errors are "
         f"those from {record['after']:g} s on. A path has settled once its error stays below "
         f"{record['tolerance']:g}; a path that never settles counts with {duration:g} s. Means "
-        "are over the paths that did not diverge. * differs significantly from the first loop "
-        f"(paired; all differences together with confidence {record['confidence']:g}). The loops "
-        f"differ in their {', '.join(apart) or 'names'} only."
+        "are over the paths that did not diverge; below each, the median over all paths. * differs "
+        "significantly from the first loop (paired; all means together and all medians together "
+        f"with confidence {record['confidence']:g}, the medians by the sign test), by at least "
+        f"{100 * record['smallest']:g} % of its value. ? few paths carry the mean, which is not "
+        f"judged. The loops differ in their {', '.join(apart) or 'names'} only."
     ]
+    if record["same"]:
+        lines.append(f"Not run twice: {record['same']}.")
     for row in record["loops"][1:]:
         lines.append(f"{row['loop']} against {first}: {_differences(row['metrics'])}.")
     return lines
@@ -94,11 +102,16 @@ def _difference(name: str, metric: Mapping[str, Any]) -> str:
     return f"{name.replace('_', ' ')} by {low:.3g} to {high:.3g} {_unit(name)}"
 
 
-def _cell(metric: Mapping[str, Any], name: str) -> str:
-    """The mean of a metric, with a star if it differs significantly from the first loop's."""
-    mean = metric["mean"]["estimate"]
-    star = "*" if metric["significant"] else ""
-    return "-" if mean is None else f"{mean * _scale(name):.3g}{star}"
+def _cell(metric: Mapping[str, Any], name: str, median: int) -> str:
+    """Mean and median of a metric, each with a star if it differs from the first loop's."""
+    mean, middle = metric["mean"]["estimate"], metric["quantiles"][median]
+    mark = "*" if metric["significant"] else "?" if metric["carried_by_few"] else ""
+    upper = "-" if mean is None else f"{mean * _scale(name):.3g}{mark}"
+    if COMPARED[name].binary:
+        return upper
+    star = "*" if metric["median_significant"] else ""
+    lower = "-" if middle is None else f"{middle * _scale(name):.3g}{star}"
+    return f"{upper}\n{lower}"
 
 
 def _scale(name: str) -> float:

@@ -16,12 +16,13 @@ from ftcfa.report.terminal import number, print_facts, print_line, print_table
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.quantiles import sample_quantile
 from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.outcomes import KEPT, OUTCOMES, WORDS
 from ftcfa.study.summary import settled_in_mean_square, settling
 
 LEVELS = {"median": 0.5, "95 %": 0.95}
 """Quantiles over paths of each metric, by name."""
 NAMED = 10
-"""Number of diverged paths that are listed."""
+"""Number of paths of an outcome that are listed."""
 INT32 = 2**31
 """Integer attributes of a netCDF file must be smaller."""
 
@@ -43,7 +44,8 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "requested": requested,
         "seed": int(attributes["seed"]),
         **{name: float(attributes[name]) for name in numbers},
-        "diverged": _diverged(dataset),
+        "outcomes": _outcomes(dataset),
+        "diagnosis": attributes["diagnosis"],
         "settling_time": _settling(dataset),
         "mean_square_error": _mean_square(dataset),
         "practical_settling": _practical(dataset),
@@ -58,17 +60,23 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
     }
 
 
-def _diverged(dataset: xr.Dataset) -> dict[str, Any]:
-    """Number and share of the diverged paths, and the first of them."""
-    at = dataset["diverged_at"].values
-    diverged = np.flatnonzero(np.isfinite(at))
-    share = proportion(len(diverged), len(at), dataset.attrs["confidence"])
-    return {
-        "count": len(diverged),
-        "share": interval(share),
-        "first_paths": dataset["path"].values[diverged[:NAMED]].tolist(),
-        "at": at[diverged[:NAMED]].tolist(),
-    }
+def _outcomes(dataset: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Number and share of the paths of each outcome, and the first of those that are not kept."""
+    outcome, at = dataset["outcome"].values, dataset["outcome_time"].values
+    joints = [*dataset["joint"].values.tolist(), None]  # -1: none
+    record = {}
+    for code, word in enumerate(WORDS):
+        those = np.flatnonzero(outcome == code)
+        share = proportion(len(those), len(outcome), dataset.attrs["confidence"])
+        record[word] = {"count": len(those), "share": interval(share)}
+        if code != KEPT:
+            first = those[:NAMED]
+            record[word] |= {
+                "first_paths": dataset["path"].values[first].tolist(),
+                "at": at[first].tolist(),
+                "joints": [joints[k] for k in dataset["outcome_joint"].values[first]],
+            }
+    return record
 
 
 def _settling(dataset: xr.Dataset) -> dict[str, Any]:
@@ -173,7 +181,7 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     square = record["mean_square_error"]
     facts = [
         ("paths", _paths(record)),
-        ("diverged", _diverged_text(record["diverged"])),
+        *_outcome_facts(record),
         *_settling_facts(record),
         ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s"),
     ]
@@ -218,14 +226,21 @@ def _paths(record: Mapping[str, Any]) -> str:
     return text
 
 
-def _diverged_text(diverged: Mapping[str, Any]) -> str:
-    """Number and share of the diverged paths, and the first of them."""
-    share = diverged["share"]
-    text = f"{diverged['count']:,}, a share of {share['low']:.2g} to {share['high']:.2g}"
-    if diverged["count"]:
-        more = ", ..." if diverged["count"] > len(diverged["first_paths"]) else ""
-        text += f": paths {', '.join(map(str, diverged['first_paths']))}{more}"
-    return text
+def _outcome_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of what became of the paths."""
+    facts = []
+    for word, label in zip(WORDS, OUTCOMES, strict=True):
+        one = record["outcomes"][word]
+        low, high = one["share"]["low"], one["share"]["high"]
+        text = f"{one['count']:,}, a share of {low:.2g} to {high:.2g}"
+        if one["count"] and "first_paths" in one:
+            more = ", ..." if one["count"] > len(one["first_paths"]) else ""
+            text += f": paths {', '.join(map(str, one['first_paths']))}{more}"
+        if one["count"] or word in ("kept", "diverged"):
+            facts.append((label, text))
+    if record["diagnosis"]:
+        facts.append(("diagnosis", record["diagnosis"]))
+    return facts
 
 
 def _print_metrics(metrics: list[dict[str, Any]], console: Console) -> None:

@@ -11,6 +11,7 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from ftcfa.arrays import Array
 from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, page
+from ftcfa.study.outcomes import OUTCOMES, WORDS
 from ftcfa.study.summary import settled_in_mean_square, settling
 
 WIDTH, HEIGHT = 10.0, 7.0
@@ -48,11 +49,10 @@ def ensemble_figure(dataset: xr.Dataset, effort_limit: Array, title: str) -> Fig
 def _note(dataset: xr.Dataset) -> str:
     """What was run, below the heading."""
     attributes = dataset.attrs
-    diverged = "none diverged"
-    if attributes["diverged"]:
-        diverged = f"{attributes['diverged']:,} of them diverged (quantiles that they reach end)"
+    failed = [(attributes[word], label) for word, label in zip(WORDS, OUTCOMES, strict=True)][1:]
+    outcome = ", ".join(f"{count:,} {label}" for count, label in failed if count) or "all kept"
     return (
-        f"{dataset.sizes['path']:,} paths of seed {attributes['seed']}, {diverged}; "
+        f"{dataset.sizes['path']:,} paths of seed {attributes['seed']}, {outcome}; "
         f"bands of {100 * attributes['confidence']:g} % confidence at each single time"
     )
 

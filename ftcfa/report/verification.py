@@ -25,6 +25,7 @@ def verification_record(verification: Verification, file: str, duration: float) 
         "answer": verification.answer,
         "kept": verdict.successes,
         "paths": verdict.trials,
+        "broke_limits": verification.broke_limits,
         "share": {"low": verdict.low, "high": verdict.high},
         "all_paths": {"share": float(share), "low": float(low), "high": float(high)},
         "specification": {
@@ -75,7 +76,7 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     required, share = record["specification"], record["share"]
     facts = [
         ("required", _requirement(required)),
-        ("kept by", f"{record['kept']:,} of {record['paths']:,} paths"),
+        ("kept by", f"{record['kept']:,} of {record['paths']:,} paths{_limits(record)}"),
         ("share", f"{share['low']:.4g} or more, {share['high']:.4g} or less, each with confidence "
                   f"{required['confidence']:g}; required is {required['share']:g}"),
     ]  # fmt: skip
@@ -84,6 +85,13 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
         interval = f"{exact['low']:.4g} to {exact['high']:.4g}, Clopper and Pearson's interval"
         facts.append(("exact", interval))
     return facts
+
+
+def _limits(record: Mapping[str, Any]) -> str:
+    """How many of the good paths broke a limit of the URDF."""
+    if record["specification"]["limits"]:
+        return ", none of which broke a limit of the URDF"
+    return f", of which {record['broke_limits']:,} broke a limit of the URDF"
 
 
 def _requirement(required: Mapping[str, Any]) -> str:

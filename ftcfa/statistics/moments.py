@@ -13,6 +13,9 @@ from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 Counts = npt.NDArray[np.integer]
 
+FEW = 0.2
+"""Skewness over root n above which few paths carry the mean: k paths of n that lie far out, all to
+one side, give 1/sqrt(k), so that this is 25 paths."""
 SYMMETRIC = 1e-8
 """Skewness over root n below which a sample counts as symmetric: the correction is then smaller
 than rounding."""
@@ -138,6 +141,16 @@ class Moments:
         return Estimate(
             self.mean, self.mean - error * _unskewed(t, a), self.mean - error * _unskewed(-t, a)
         )
+
+    @property
+    def carried_by_few(self) -> npt.NDArray[np.bool_]:
+        """Where few paths carry the mean, so that its interval may miss it, shape (...).
+
+        |skewness|/sqrt(n) > FEW. Far more paths may lie out than the sample shows: with 1 % of
+        failing paths and n = 100, a third of the samples have none, and no interval of the mean
+        can know of them.
+        """
+        return np.abs(self._skewness) / np.sqrt(np.maximum(self.count, 1)) > FEW
 
     @property
     def _standard_error(self) -> Array:

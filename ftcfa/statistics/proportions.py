@@ -27,3 +27,24 @@ def proportion(successes: int, trials: int, confidence: float = CONFIDENCE) -> E
     test = stats.binomtest(int(successes), int(trials))
     low, high = test.proportion_ci(confidence, method="exact")
     return Estimate(np.array(successes / trials), np.array(low), np.array(high))
+
+
+def paired_difference(more: int, less: int, pairs: int, confidence: float = CONFIDENCE) -> Estimate:
+    """Difference of two shares over the same paths, from the pairs that differ.
+
+        p = more/pairs - less/pairs
+
+    Both shares of differing pairs have Clopper and Pearson's interval at 1 - (1 - c)/2, and the
+    ends are subtracted, so that the interval covers with probability c at least, however many pairs
+    differ: in 98.6 % of the cases or more for c = 95 % (``scripts/coverage_table.py``). Without a
+    pair that differs it is as wide as the number of pairs allows, not zero.
+
+    Args:
+        more: Number of pairs in which the first path alone is a success.
+        less: Number of pairs in which the second path alone is one.
+        pairs: Number of all pairs.
+        confidence: c.
+    """
+    each = 1.0 - (1.0 - confidence) / 2.0
+    up, down = (proportion(count, pairs, each) for count in (more, less))
+    return Estimate(up.value - down.value, up.low - down.high, up.high - down.low)

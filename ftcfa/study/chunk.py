@@ -57,10 +57,12 @@ def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Data
         filled.append((bins + entry * BINS).astype(np.uint32))
         count.append(counts[bins])
     per_path = metrics.results(run.paths.observed, loop.period)
+    at = run.paths.diverged_at
+    per_path["outcome_time"] = np.where(np.isfinite(at), at, per_path["outcome_time"])
     return xr.Dataset(
         {
             **{name: (PATH_DIMENSIONS[: rows.ndim], rows) for name, rows in per_path.items()},
-            "diverged_at": ("path", run.paths.diverged_at),
+            "diverged_at": ("path", at),
             "moments": (("sum", "power", "time", "quantity"), np.concatenate(moments, axis=2)),
             "filled": ("bin", np.concatenate(filled)),
             "count": ("bin", np.concatenate(count)),

@@ -9,21 +9,26 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from ftcfa.arrays import Array
-from ftcfa.description.write import differences
+from ftcfa.checks import not_negative
+from ftcfa.description.write import NOT_REBUILDABLE, differences, provenance
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.statistics.estimate import CONFIDENCE
 from ftcfa.statistics.moments import Moments, paired_differences
-from ftcfa.statistics.proportions import proportion
+from ftcfa.statistics.proportions import paired_difference
 from ftcfa.statistics.quantiles import sample_quantile
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.metrics.compared import COMPARED
 from ftcfa.study.progress import Interrupted, Progress
 from ftcfa.study.summary import BOUNDS, QUANTILES
 
+SMALLEST = 0.01
+"""Smallest difference of interest, as a share of the first loop's mean: below it, two laws are the
+same to an engineer, however many paths tell them apart."""
 BINARY = [name for name, metric in COMPARED.items() if metric.binary]
 
 
@@ -33,6 +38,7 @@ def compare(
     duration: float,
     *,
     confidence: float = CONFIDENCE,
+    smallest: float = SMALLEST,
     progress: Progress | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -43,6 +49,8 @@ def compare(
         paths: Number of paths of each loop.
         duration: Simulated time [s].
         confidence: Confidence of each interval of a mean, and of all differences together.
+        smallest: Smallest difference of interest, as a share of the first loop's mean: a smaller
+            one is never significant.
         progress: Called with the number of paths that are done and the number of all, over all
             loops.
         options: Options of `ensemble`: ``seed``, ``tolerance``, ``after``, ``threads``,
@@ -52,10 +60,19 @@ def compare(
         A Dataset over ``loop``, ``metric``, ``bound`` (estimate, low, high) and ``quantile``:
         ``mean`` over the paths that did not diverge; ``quantiles`` over all, where a path that
         diverged counts as the worst; ``difference``, the mean difference from the first loop over
-        the pairs of paths of which neither diverged; ``significant``, whether its interval
-        excludes zero; ``settled`` and ``diverged``, numbers of paths; ``values`` of every path;
+        the pairs of paths of which neither diverged; ``median_difference``, the median of the
+        differences with the interval of the sign test; ``significant`` and
+        ``median_significant``, whether the interval of the mean and of the median difference
+        excludes zero and the difference is of interest; a mean that few paths carry
+        (``carried_by_few``) is not judged; ``settled``, ``kept`` and ``diverged``, numbers of
+        paths; ``values`` of every path;
         ``experiment``, the description of each loop as in the attributes of `ensemble`; and
-        ``differs``, the parameters in which a loop differs from the first.
+        ``differs``, the parameters in which a loop differs from the first. A loop that is the same
+        as an earlier one is not run again; the attribute ``same`` names both.
+
+    The intervals of the medians and of the shares hold together with the confidence, whatever the
+    distribution. Those of the means assume that the paths which carry the mean are among those that
+    were run: ``scripts/coverage_table.py`` shows how often they cover where 1 % of the paths fail.
 
     Raises:
         ParameterError: If there are fewer than two loops, or their joints differ.
@@ -63,6 +80,8 @@ def compare(
             is None if they are fewer than two.
     """
     _check(loops)
+    not_negative("smallest", smallest)
+    loops, same = _distinct(loops)
     runs: dict[str, xr.Dataset] = {}
     try:
         for loop_number, (name, loop) in enumerate(loops.items()):
@@ -71,9 +90,9 @@ def compare(
                 loop, paths, duration, confidence=confidence, progress=done, **options
             )
     except KeyboardInterrupt:
-        partial = _comparison(loops, runs, confidence) if len(runs) > 1 else None
+        partial = _comparison(loops, runs, confidence, smallest, same) if len(runs) > 1 else None
         raise Interrupted("compare", partial) from None
-    return _comparison(loops, runs, confidence)
+    return _comparison(loops, runs, confidence, smallest, same)
 
 
 def _check(loops: Any) -> None:
@@ -90,13 +109,31 @@ def _check(loops: Any) -> None:
         raise ParameterError("compare", "arms of different joints", "the same joints in all loops")
 
 
+def _distinct(loops: Mapping[str, ClosedLoop]) -> tuple[dict[str, ClosedLoop], str]:
+    """The loops that differ from all before them, and which others are the same as which."""
+    names: dict[str, str] = {}
+    distinct, same = {}, []
+    for name, loop in loops.items():
+        description = provenance(loop)
+        first = names.setdefault(json.dumps(description), name)
+        if first == name or NOT_REBUILDABLE in description:
+            distinct[name] = loop
+        else:
+            same.append(f"{name} is the same as {first}")
+    return distinct, "; ".join(same)
+
+
 def _progress_of_all(progress: Progress | None, before: int, total: int) -> Progress | None:
     """What an ensemble calls for its progress: its paths come after those of earlier loops."""
     return None if progress is None else lambda done, _: progress(before + done, total)
 
 
 def _comparison(
-    loops: Mapping[str, ClosedLoop], runs: Mapping[str, xr.Dataset], confidence: float
+    loops: Mapping[str, ClosedLoop],
+    runs: Mapping[str, xr.Dataset],
+    confidence: float,
+    smallest: float,
+    same: str,
 ) -> xr.Dataset:
     """The Dataset of `compare` from the ensembles of loops, by name."""
     values = [
@@ -106,36 +143,44 @@ def _comparison(
     descriptions = [json.loads(run.attrs["experiment"]) for run in runs.values()]
     differs = [differences(descriptions[0], description) for description in descriptions]
     run = next(iter(runs.values()))
+    rule = {"smallest": smallest, "same": same}
     copied = ("ftcfa_version", "confidence", "duration", "seed", "tolerance", "after")
     return (
-        _statistics(np.array(values), confidence)
+        _statistics(np.array(values), confidence, smallest)
         .assign(differs=("loop", differs))
         .assign(experiment=("loop", [run.attrs["experiment"] for run in runs.values()]))
         .assign_coords(loop=list(runs), path=run["path"])
-        .assign_attrs({name: run.attrs[name] for name in copied})
+        .assign_attrs({name: run.attrs[name] for name in copied} | rule)
     )
 
 
-def _statistics(rows: Array, confidence: float) -> xr.Dataset:
+def _statistics(rows: Array, confidence: float, smallest: float) -> xr.Dataset:
     """Statistics of metrics, shape (loop, metric, path); NaN where a path diverged."""
     moments = [Moments.of(row.T).without_missing() for row in rows]
-    mean = [np.stack(one.skewness_corrected(confidence)) for one in moments]
+    mean = np.stack([np.stack(one.skewness_corrected(confidence)) for one in moments])
     together = 1.0 - (1.0 - confidence) / max(1, (len(rows) - 1) * rows.shape[1])
-    difference = np.stack([_difference(row, rows[0], together) for row in rows])
-    low, high = difference[:, 1], difference[:, 2]
-    quantiles = [[_quantiles(values) for values in row] for row in rows]
-    unsettled, diverged = (
-        rows[:, list(COMPARED).index(name)] for name in ("unsettled", "diverged")
+    pairs = [paired_differences(row.T, rows[0].T).without_missing() for row in rows]
+    difference = np.stack(
+        [_mean_difference(p, row, rows[0], together) for p, row in zip(pairs, rows, strict=True)]
     )
+    median = np.stack([_median_difference(row, rows[0], together) for row in rows])
+    quantiles = np.array([[_quantiles(values) for values in row] for row in rows])
+    few = np.stack([pair.carried_by_few for pair in pairs]) & ~np.isin(list(COMPARED), BINARY)
+    middle = np.nan_to_num(quantiles[0, :, QUANTILES.index(0.5)], posinf=0.0)
+    counted = {name: rows[:, list(COMPARED).index(name)] for name in BINARY}
     dims = ("loop", "bound", "metric")
     return xr.Dataset(
         {
-            "mean": (dims, np.stack(mean)),
+            "mean": (dims, mean),
             "difference": (dims, difference),
-            "significant": (("loop", "metric"), (low > 0) | (high < 0)),
-            "quantiles": (("loop", "metric", "quantile"), np.array(quantiles)),
-            "settled": ("loop", np.sum(unsettled == 0, axis=1)),
-            "diverged": ("loop", np.sum(diverged == 1, axis=1)),
+            "median_difference": (dims, median),
+            "significant": (("loop", "metric"), _apart(difference, smallest * mean[0, 0]) & ~few),
+            "median_significant": (("loop", "metric"), _apart(median, smallest * middle)),
+            "carried_by_few": (("loop", "metric"), few),
+            "quantiles": (("loop", "metric", "quantile"), quantiles),
+            "settled": ("loop", np.sum(counted["unsettled"] == 0, axis=1)),
+            "kept": ("loop", np.sum(counted["failed"] == 0, axis=1)),
+            "diverged": ("loop", np.sum(counted["diverged"] == 1, axis=1)),
             "values": (("loop", "metric", "path"), rows),
         },
         coords={
@@ -148,27 +193,31 @@ def _statistics(rows: Array, confidence: float) -> xr.Dataset:
     )
 
 
-def _difference(values: Array, first: Array, confidence: float) -> Array:
-    """Paired differences of metrics, shape (metric, path), with intervals: (bound, metric)."""
-    pairs = paired_differences(values.T, first.T).without_missing()
+def _apart(difference: Array, least: Array) -> npt.NDArray[np.bool_]:
+    """Whether intervals (loop, bound, metric) exclude zero and differences are of interest."""
+    excludes = (difference[:, 1] > 0) | (difference[:, 2] < 0)
+    return excludes & (np.abs(difference[:, 0]) >= np.abs(np.nan_to_num(least)))
+
+
+def _mean_difference(pairs: Moments, values: Array, first: Array, confidence: float) -> Array:
+    """Mean differences of metrics, shape (metric, path), with intervals: (bound, metric)."""
     difference = np.stack(pairs.skewness_corrected(confidence))
     for name in BINARY:
         index = list(COMPARED).index(name)
-        difference[:, index] = _paired_shares(values[index], first[index], confidence)
+        more, less = (int(np.sum(sign * (values[index] - first[index]) > 0)) for sign in (1, -1))
+        difference[:, index] = paired_difference(more, less, values.shape[1], confidence)
     return difference
 
 
-def _paired_shares(values: Array, first: Array, confidence: float) -> Array:
-    """Difference of two shares over the same paths: estimate, low and high.
+def _median_difference(values: Array, first: Array, confidence: float) -> Array:
+    """Medians of the differences with the intervals of the sign test: (bound, metric).
 
-    Among the pairs that differ, the share of those with the larger value has Clopper and Pearson's
-    interval; it excludes a half just where McNemar's exact test rejects equality.
+    A path that diverged is larger than any that did not; two of them do not differ.
     """
-    more, less = int(np.sum(values > first)), int(np.sum(values < first))
-    if more + less == 0:
-        return np.zeros(3)
-    share = np.stack(proportion(more, more + less, confidence))
-    return (2.0 * share - 1.0) * (more + less) / len(values)
+    with np.errstate(invalid="ignore"):
+        change = np.nan_to_num(values, nan=np.inf) - np.nan_to_num(first, nan=np.inf)
+    change = np.where(np.isnan(change), 0.0, change)
+    return np.array([np.stack(sample_quantile(row, 0.5, confidence)) for row in change]).T
 
 
 def _quantiles(values: Array) -> Array:

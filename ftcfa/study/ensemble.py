@@ -10,9 +10,10 @@ from importlib.metadata import version
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
-from ftcfa.checks import counting, probability
+from ftcfa.checks import counting, probability, vector
 from ftcfa.description.write import provenance
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
@@ -23,6 +24,7 @@ from ftcfa.statistics.quantile_sketch import BINS
 from ftcfa.study.chunk import count_chunk, quantities, run_chunk, simulate_chunk
 from ftcfa.study.cluster import run_on_cluster
 from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.outcomes import VARIABLES
 from ftcfa.study.plan import Plan
 from ftcfa.study.progress import Interrupted, Progress
 from ftcfa.study.store import Store
@@ -42,6 +44,7 @@ def ensemble(
     record_every: int = 0,
     tolerance: float = 0.05,
     after: float | None = None,
+    lost: npt.ArrayLike | None = None,
     quantiles: Sequence[float] = QUANTILES,
     confidence: float = CONFIDENCE,
     trajectories: Iterable[int] = (),
@@ -64,6 +67,8 @@ def ensemble(
             times.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         after: Time from which errors count as late [s]; half of the duration by default.
+        lost: Error beyond which a joint has lost track, one number or one for each joint [rad or
+            m]; by default a quarter turn, and a tenth of the travel of prismatic joints.
         quantiles: Probabilities of the quantiles over time.
         confidence: Confidence of every interval.
         trajectories: Numbers of the paths whose whole trajectories are kept.
@@ -97,7 +102,8 @@ def ensemble(
         remedy = "leave threads out: the workers of the cluster have their own"
         raise ParameterError("threads", "given together with client", "one of them", remedy)
     whole = path_numbers(trajectories)
-    plan = Plan(float(duration), seed, record_every, tolerance, chunk, after)
+    beyond = None if lost is None else tuple(vector("lost", lost, loop.arm.n).tolist())
+    plan = Plan(float(duration), seed, record_every, tolerance, chunk, after, beyond)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
     tally, interrupted = Tally(times, loop.arm.n), False
@@ -127,7 +133,7 @@ def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
     return {
         "loop": provenance(loop),
         "plan": asdict(plan),
-        "metrics": list(METRICS),
+        "metrics": [*METRICS, *VARIABLES],
         "ftcfa_version": version("ftcfa"),
     }
 

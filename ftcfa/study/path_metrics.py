@@ -9,6 +9,7 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, not_negative, positive
 from ftcfa.control.protocol import Signals
 from ftcfa.parts import Part
+from ftcfa.study import outcomes
 from ftcfa.study.metrics.metric import Sample, Totals
 from ftcfa.study.metrics.table import METRICS
 
@@ -29,6 +30,8 @@ class Counts(NamedTuple):
     """Torque at the last sample, shape (n,) [N m or N]."""
     metrics: tuple[Traceable, ...]
     """Counter of each metric, shape (1,) or (n,)."""
+    events: outcomes.Events
+    """What is needed to tell what became of the path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +42,18 @@ class PathMetrics(Part):
         tolerance: Overall tracking error |q - q_d| within which a path counts as settled [rad or
             m].
         after: Samples from this time on are late [s].
+        bounds: Bounds of the joints, which decide what became of the path.
     """
 
     tolerance: Annotated[float, Check(positive, "rad or m")]
     after: Annotated[float, Check(not_negative, "s")] = 0.0
+    bounds: outcomes.Bounds = outcomes.NO_BOUNDS
 
     def init(self, n: int) -> Counts:
         """Counters before the first sample."""
         counters = tuple(np.full(n if m.per_joint else 1, m.start) for m in METRICS.values())
-        return Counts(np.zeros(1), np.zeros(1), np.zeros(n), np.zeros(n), counters)
+        events = outcomes.no_events(n)
+        return Counts(np.zeros(1), np.zeros(1), np.zeros(n), np.zeros(n), counters, events)
 
     def step(self, state: Counts, signals: Signals, period: float) -> Counts:
         """Count one sample."""
@@ -67,7 +73,8 @@ class PathMetrics(Part):
         )
         counters = zip(METRICS.values(), state.metrics, strict=True)
         metrics = tuple(metric.step(counter, sample) for metric, counter in counters)
-        return Counts(sample.number, sample.settled, sample.first_error, u, metrics)
+        events = outcomes.step(self.bounds, state.events, signals, sample.number)
+        return Counts(sample.number, sample.settled, sample.first_error, u, metrics, events)
 
     def results(self, counts: Counts, period: float) -> dict[str, Array]:
         """The metrics of many paths.
@@ -77,7 +84,8 @@ class PathMetrics(Part):
             period: Sampling period [s].
 
         Returns:
-            Metrics by name, each of shape (paths,) or (paths, n); NaN where a path diverged.
+            Metrics by name, each of shape (paths,) or (paths, n); NaN where a path diverged. With
+            them the variables of `ftcfa.study.outcomes`.
         """
         early = np.ceil(self.after / period * (1 - ROUNDING))
         late = np.maximum(counts.samples - early, 0.0)
@@ -87,4 +95,4 @@ class PathMetrics(Part):
             for (name, metric), counter in zip(METRICS.items(), counts.metrics, strict=True):
                 values = metric.result(counter, totals)
                 results[name] = values if metric.per_joint else values[:, 0]
-        return results
+        return results | outcomes.results(counts.events, counts.samples, period)

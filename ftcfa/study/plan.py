@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -11,14 +12,13 @@ from ftcfa.checks import counting, natural, positive
 from ftcfa.engine.run import samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.study.outcomes import bounds_of
 from ftcfa.study.path_metrics import PathMetrics
 
 RECORDED_TIMES = 200
 """Largest number of recorded times, about, where the user does not choose."""
 
-_observed: WeakKeyDictionary[ClosedLoop, dict[tuple[float, float], ClosedLoop]] = (
-    WeakKeyDictionary()
-)
+_observed: WeakKeyDictionary[ClosedLoop, dict[Any, ClosedLoop]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Plan:
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         chunk: Number of paths that are computed, stored and sent at once.
         after: Time from which errors count as late [s]; None takes half of the duration.
+        lost: Error beyond which a joint has lost track, for each joint [rad or m]; None takes the
+            default of `ftcfa.study.outcomes.bounds_of`.
     """
 
     duration: float
@@ -41,6 +43,7 @@ class Plan:
     tolerance: float = 0.05
     chunk: int = 4096
     after: float | None = None
+    lost: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         natural("seed", self.seed)
@@ -57,10 +60,11 @@ class Plan:
         A loop always gets the same observed loop, so that it is traced only once.
         """
         known = _observed.setdefault(loop, {})
-        if (self.tolerance, self.late) not in known:
-            metrics = PathMetrics(self.tolerance, self.late)
-            known[self.tolerance, self.late] = replace(loop, observer=metrics)
-        return known[self.tolerance, self.late]
+        key = (self.tolerance, self.late, self.lost)
+        if key not in known:
+            metrics = PathMetrics(self.tolerance, self.late, bounds_of(loop.arm, self.lost))
+            known[key] = replace(loop, observer=metrics)
+        return known[key]
 
     @property
     def late(self) -> float:

@@ -24,7 +24,9 @@ from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distrib
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.settling import practical_settling_time
 from ftcfa.study.chunk import PER_JOINT
+from ftcfa.study.diagnosis import diagnosis
 from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.outcomes import OUTCOMES, VARIABLES, WORDS
 from ftcfa.study.plan import Plan
 from ftcfa.study.tally import Tally
 
@@ -48,7 +50,9 @@ def summarise(
         dimension ``bound`` (estimate, low, high). A path that has diverged makes means undefined
         (NaN) and counts as the largest of all in quantiles; ``*_mean_not_diverged`` and
         ``*_mean_square_not_diverged`` are over the other paths. For each path: its metrics (see
-        `ftcfa.study.metrics.table`) and ``diverged_at``.
+        `ftcfa.study.metrics.table`), what became of it (`ftcfa.study.outcomes.VARIABLES`) and
+        ``diverged_at``. Attributes: the number of paths of each outcome, and a ``diagnosis`` where
+        more than 1 % are not kept.
     """
     value, square = tally.moments
     with np.errstate(invalid="ignore"):
@@ -64,9 +68,13 @@ def summarise(
     levels = np.asarray(quantiles, dtype=float)
     quantile = np.stack(tally.sketch.quantile(levels, confidence))
     data |= _over_time(loop, "quantile", ("bound", "quantile"), quantile)
-    per_path = tally.per_path[[*METRICS, "diverged_at"]]
+    per_path = tally.per_path[[*METRICS, *VARIABLES, "diverged_at"]]
     for name, metric in METRICS.items():
         per_path[name].attrs = attributes(loop, metric.unit, metric.meaning, metric.per_joint)
+    for name, (unit, meaning) in VARIABLES.items():
+        per_path[name].attrs = {"units": unit, "long_name": meaning}
+    flags = {"flag_values": list(range(len(OUTCOMES))), "flag_meanings": " ".join(WORDS)}
+    per_path["outcome"].attrs |= flags
     per_path["diverged_at"].attrs = DIVERGED_AT
     times = plan.times(loop)
     q_d = loop.reference.at(times).q
@@ -89,10 +97,11 @@ def summarise(
             "after": plan.late,
             "chunk": plan.chunk,
             "confidence": confidence,
-            "diverged": int(np.isfinite(per_path["diverged_at"]).sum()),
+            **{word: int(np.sum(per_path["outcome"] == k)) for k, word in enumerate(WORDS)},
         },
     )
-    return dataset.assign(per_path.data_vars)
+    dataset = dataset.assign(per_path.data_vars)
+    return dataset.assign_attrs(diagnosis=diagnosis(loop, dataset))
 
 
 def replay(

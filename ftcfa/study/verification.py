@@ -12,7 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.checks import Check, counting, natural, positive, positive_numbers, probability, vector
+from ftcfa.checks import (
+    Check,
+    counting,
+    flag,
+    natural,
+    positive,
+    positive_numbers,
+    probability,
+    vector,
+)
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -20,6 +29,7 @@ from ftcfa.parts import Part
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
+from ftcfa.study.outcomes import bounds_of
 from ftcfa.study.path_metrics import PathMetrics
 from ftcfa.study.progress import Interrupted, Progress
 
@@ -50,6 +60,7 @@ class Specification(Part):
             for each joint [N m/s or N/s]; None for no limit.
         share: Share of all runs that must keep the limits.
         confidence: 1 - beta: yes and no are each wrong with probability beta at most.
+        limits: Whether a run must also stay within the URDF's limits of position and velocity.
         budget: Largest number of paths to run.
     """
 
@@ -59,6 +70,7 @@ class Specification(Part):
     torque_rate: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m/s or N/s")] = None
     share: Annotated[float, Check(probability)] = 0.95
     confidence: Annotated[float, Check(check_confidence)] = 0.95
+    limits: Annotated[bool, Check(flag)] = False
     budget: Annotated[int, Check(counting)] = 10_000
 
     def check(self, loop: ClosedLoop, duration: float) -> None:
@@ -66,9 +78,9 @@ class Specification(Part):
         if not self.within < duration:
             got, expected = f"{self.within:g} s", f"less than the duration of {duration:g} s"
             raise ParameterError("Specification within", got, expected, field="within")
-        self.limits(loop.arm.n)
+        self.limits_of(loop.arm.n)
 
-    def limits(self, n: int) -> dict[str, Array]:
+    def limits_of(self, n: int) -> dict[str, Array]:
         """Limits of metrics by name, for n joints, each of shape (1,) or (n,)."""
         limits = {"late_peak_error": np.array([self.error])}
         for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
@@ -99,8 +111,11 @@ class Verification:
         verdict: Verdict of the sequential test: number of paths that kept the specification,
             number of paths judged, and bounds of the share, each of which holds with the required
             confidence whenever the test stops.
-        fixed: Share among all paths that were run, with Clopper and Pearson's interval. The
-            interval holds for a number of paths fixed beforehand: where the budget was used up.
+        fixed: Share among all paths that were run, with Clopper and Pearson's interval. It holds
+            for a number of paths fixed beforehand, and so for the budget before anything is run;
+            given that the answer is "undecided", it misses the share in about half of the cases.
+        broke_limits: Number of the judged paths that kept the specification and yet were beyond a limit
+            of the URDF, of position or velocity, at some time; zero where that is not allowed.
         worst: The paths that exceeded their limits most, the worst first.
         seed: Seed of the paths.
         specification: The specification.
@@ -109,6 +124,7 @@ class Verification:
     answer: Literal["yes", "no", "undecided"]
     verdict: Verdict
     fixed: Estimate
+    broke_limits: int
     worst: tuple[WorstPath, ...]
     seed: int
     specification: Specification
@@ -121,6 +137,8 @@ class Verification:
             f"between {verdict.low:.4g} and {verdict.high:.4g} (each bound with confidence "
             f"{required.confidence:g}), {required.share:g} is required"
         ]
+        if self.broke_limits:
+            lines.append(f"{self.broke_limits} of these paths broke a limit of the URDF")
         lines += [f"path {one.path} of seed {self.seed}: {one.reason}" for one in self.worst]
         return "\n".join(lines)
 
@@ -153,20 +171,22 @@ def verify(
     natural("seed", seed)
     samples = samples_of(loop, duration)
     specification.check(loop, duration)
-    limits = specification.limits(loop.arm.n)
-    metrics = PathMetrics(specification.error, specification.within)
+    limits = specification.limits_of(loop.arm.n)
+    metrics = PathMetrics(specification.error, specification.within, bounds_of(loop.arm))
     observed = replace(loop, observer=metrics)
     excess, diverged_at = np.zeros((len(limits), 0)), np.zeros(0)
+    broken_at = np.zeros(0)
     verification: Verification | None = None
     try:
         for start in range(0, specification.budget, CHUNK):
             paths = np.arange(start, min(start + CHUNK, specification.budget), dtype=np.uint64)
             run = run_paths(observed, samples, samples, seed, paths, ["u"], {}, threads)
-            part = _excess(metrics.results(run.paths.observed, loop.period), limits)
-            excess = np.concatenate([excess, part], axis=1)
+            results = metrics.results(run.paths.observed, loop.period)
+            broken_at = np.concatenate([broken_at, results["limit_broken_at"]])
+            excess = np.concatenate([excess, _excess(results, limits)], axis=1)
             diverged_at = np.concatenate([diverged_at, run.paths.diverged_at])
             worst = _worst(excess, diverged_at, list(limits))
-            verification = _verification(excess, worst, seed, specification)
+            verification = _verification(excess, broken_at, worst, seed, specification)
             if progress is not None:
                 progress(excess.shape[1], specification.budget)
             if verification.verdict.finished:
@@ -177,14 +197,20 @@ def verify(
 
 
 def _verification(
-    excess: Array, worst: tuple[WorstPath, ...], seed: int, specification: Specification
+    excess: Array,
+    broken_at: Array,
+    worst: tuple[WorstPath, ...],
+    seed: int,
+    specification: Specification,
 ) -> Verification:
     """The verification by the paths that are done."""
-    kept = np.all(excess <= 1.0, axis=0)
+    broken = np.isfinite(broken_at)
+    kept = np.all(excess <= 1.0, axis=0) & ~(broken & specification.limits)
     beta = 1 - specification.confidence
     verdict = SequentialTest(specification.share, beta, specification.budget).judge(kept)
     fixed = proportion(int(kept.sum()), kept.size, specification.confidence)
-    return Verification(verdict.answer, verdict, fixed, worst, seed, specification)
+    good = int(np.sum((kept & broken)[: verdict.trials]))
+    return Verification(verdict.answer, verdict, fixed, good, worst, seed, specification)
 
 
 def _excess(metrics: Mapping[str, Array], limits: Mapping[str, Array]) -> Array:

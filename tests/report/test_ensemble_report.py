@@ -129,10 +129,11 @@ def words_of(svg):
 def test_the_figure_says_what_is_drawn(either, files):
     text = words_of(files["ensemble.svg"])
     diverged = either.attrs["diverged"]
-    expected_note = f"{diverged} of them diverged" if diverged else "none diverged"
+    expected_note = f"{diverged} diverged;" if diverged else "all kept;"
     for expected in (
         "a $ of $ [b]",
-        f"60 paths of seed {either.attrs['seed']}, {expected_note}",
+        f"60 paths of seed {either.attrs['seed']},",
+        expected_note,
         "[rad²]",
         "[rad]",
         "[N m]",
@@ -196,8 +197,8 @@ def test_record_against_scipy(sound):
     record = ensemble_record(sound, REQUESTED)
     assert (record["paths"], record["requested"], record["seed"]) == (PATHS, REQUESTED, 2)
     exact = stats.binomtest(0, PATHS).proportion_ci(method="exact")
-    assert record["diverged"]["count"] == 0
-    assert record["diverged"]["share"]["high"] == pytest.approx(exact.high)
+    assert record["outcomes"]["diverged"]["count"] == 0
+    assert record["outcomes"]["diverged"]["share"]["high"] == pytest.approx(exact.high)
     last = float(sound.ote_mean_square[0, -1])
     assert record["mean_square_error"]["estimate"] == last
     assert record["practical_settling"]["epsilon"] == pytest.approx(0.052**2)
@@ -217,8 +218,8 @@ def test_record_with_diverged_paths(diverging):
     record = ensemble_record(diverging, PATHS)
     diverged = np.flatnonzero(np.isfinite(diverging.diverged_at.values))
     assert 0 < len(diverged) < PATHS
-    assert record["diverged"]["count"] == len(diverged)
-    assert record["diverged"]["first_paths"] == diverged[:10].tolist()
+    assert record["outcomes"]["diverged"]["count"] == len(diverged)
+    assert record["outcomes"]["diverged"]["first_paths"] == diverged[:10].tolist()
     assert record["mean_square_error"]["estimate"] is None
     others = diverging.ote_mean_square_not_diverged.values[0, -1]
     assert record["mean_square_error"]["not_diverged"]["estimate"] == others
@@ -235,7 +236,7 @@ def test_what_is_printed(either, width):
     text = printed(print_ensemble, record, width)
     assert all(len(line) <= width for line in text.splitlines())
     words = " ".join(text.split())
-    diverged = record["diverged"]
+    diverged = record["outcomes"]["diverged"]
     for expected in (
         "interrupted, 100 were requested",
         "Definition 1 the 97.5 % upper bound of E|z1|^2",

@@ -14,8 +14,9 @@ DURATION = 0.1
 
 
 @cache  # compiled once for all tests of a process
-def pendulum():
-    return closed_loop(FINITE_TIME)
+def pendulum(moved=0.0):
+    loop = closed_loop(FINITE_TIME)
+    return replace(loop, q0=loop.q0 + moved)
 
 
 @cache

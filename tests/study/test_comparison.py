@@ -40,7 +40,7 @@ def loop(**gains):
 
 @pytest.fixture(scope="module")
 def loops():
-    return {"finite-time": loop(), "asymptotic": loop(kappa=1.0), "twin": loop()}
+    return {"finite-time": loop(), "asymptotic": loop(kappa=1.0)}
 
 
 @pytest.fixture(scope="module")
@@ -91,26 +91,52 @@ def test_differences_are_paired_and_hold_together(result):
         width = interval.high - interval.low
         np.testing.assert_allclose(got[1:], interval, rtol=0, atol=0.5 * width)
         assert got[0] == pytest.approx(np.mean(second - first))
-        excludes_zero = got[1] > 0 or got[2] < 0
-        assert result["significant"].sel(loop="asymptotic", metric=metric) == excludes_zero
+        few = abs(stats.skew(second - first)) / np.sqrt(PATHS) > 0.2
+        of_interest = abs(got[0]) >= 0.01 * np.mean(first)
+        apart = (got[1] > 0 or got[2] < 0) and of_interest
+        one = result.sel(loop="asymptotic", metric=metric)
+        assert one["carried_by_few"] == few
+        assert one["significant"] == (apart and not few)
+
+
+def test_medians_are_compared_by_the_sign_test(result):
+    """By SciPy's binomial test at Bonferroni's level."""
+    for metric in COMPARED:
+        first, second = (result["values"].sel(loop=n, metric=metric).values for n in NAMES)
+        change = second - first
+        p = stats.binomtest(int(np.sum(change > 0)), int(np.sum(change != 0)) or 1).pvalue
+        one = result.sel(loop="asymptotic", metric=metric)
+        assert one["median_difference"].sel(bound="estimate") == np.sort(change)[PATHS // 2 - 1]
+        if metric not in BINARY and np.all(change != 0):
+            assert one["median_significant"] == (p < 0.05 / len(COMPARED))
 
 
 NAMES = ("finite-time", "asymptotic")
 
 
-def test_a_twin_differs_in_nothing(result):
-    twin = result.sel(loop="twin")
-    np.testing.assert_array_equal(twin["difference"], 0.0)
-    assert not twin["significant"].any()
-    assert str(twin["differs"].values) == ""
-    assert str(result["differs"].sel(loop="asymptotic").values) == "controller.gains.kappa"
+def test_a_twin_is_not_run_twice(loops):
+    found = compare({**loops, "twin": loop()}, 4, 0.1)
+    assert found["loop"].values.tolist() == list(NAMES)
+    assert found.attrs["same"] == "twin is the same as finite-time"
+    assert "Not run twice: twin is the same as finite-time." in sentences(comparison_record(found))
+    assert str(found["differs"].sel(loop="asymptotic").values) == "controller.gains.kappa"
 
 
-def test_the_finite_time_law_settles_sooner(result):
+def test_a_difference_that_is_of_no_interest_has_no_star():
+    """A thousandth more of a gain: all paths differ in the same direction."""
+    pair = {"one": loop(), "other": loop(c2=25.025)}
+    strict, lax = (compare(pair, 64, 0.5, smallest=s).sel(loop="other") for s in (0.0, 0.01))
+    assert strict["median_significant"].any()
+    assert not lax["significant"].any()
+    assert not lax["median_significant"].any()
+
+
+def test_the_finite_time_law_follows_more_closely(result):
     """What the paper is about, significant with forty paths already."""
-    one = result.sel(loop="asymptotic", metric="settling_time")
+    one = result.sel(loop="asymptotic", metric="late_rms_error")
     assert one["significant"]
-    assert one["difference"].sel(bound="low") > 0
+    assert one["median_significant"]
+    assert one["median_difference"].sel(bound="low") > 0
     assert result["settled"].sel(loop="finite-time") == PATHS
 
 
@@ -126,17 +152,23 @@ def test_a_path_that_diverged_is_the_worst_of_all(loops):
     assert difference.sel(bound="estimate") == 1.0
     assert found["significant"].sel(loop="thrown", metric="diverged")
     assert not found["significant"].sel(metric=per_path).any()
+    assert found["median_significant"].sel(loop="thrown", metric="late_rms_error")
     assert "not comparable" in sentences(comparison_record(found))[1]
 
 
-def test_shares_are_compared_by_mcnemars_exact_test(result):
-    """Of forty pairs, those of which one settles and the other does not."""
+def test_shares_are_compared_by_both_kinds_of_pairs_that_differ(result):
+    """Of forty pairs, those of which one settles and the other does not, by SciPy's intervals."""
     first, second = (result["values"].sel(loop=n, metric="unsettled").values for n in NAMES)
-    more, less = np.sum(second > first), np.sum(second < first)
-    p = stats.binomtest(int(more), int(more + less)).pvalue
+    level = 1 - 0.05 / len(COMPARED) / 2
+    more, less = (
+        stats.binomtest(int(np.sum(sign * (second - first) > 0)), PATHS).proportion_ci(level)
+        for sign in (1, -1)
+    )
     got = result["difference"].sel(loop="asymptotic", metric="unsettled").values
     assert got[0] == pytest.approx(np.mean(second - first))
-    assert (p < 0.05 / (2 * len(COMPARED))) == (got[1] > 0)
+    np.testing.assert_allclose(got[1:], [more.low - less.high, more.high - less.low])
+    same = result["difference"].sel(loop="finite-time", metric="unsettled").values
+    assert same[1] < 0 < same[2]
 
 
 class Thrown:

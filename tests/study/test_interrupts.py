@@ -21,7 +21,7 @@ STUDIES = {
         " and stop.partial.verdict.low < stop.partial.verdict.high",
     ),
     "compare": (
-        "ftcfa.compare({'a': pendulum(), 'b': pendulum(), 'c': pendulum()}, 20, 0.1, chunk=1,"
+        "ftcfa.compare({'a': pendulum(), 'b': pendulum(0.1), 'c': pendulum(0.2)}, 20, 0.1, chunk=1,"
         " threads=1, progress=report)",
         "list(stop.partial.loop.values) == ['a', 'b'] and stop.partial.sizes['path'] == 20",
     ),

@@ -7,6 +7,7 @@ import pytest
 from small_loops import DURATION, pendulum
 
 from ftcfa import ensemble, simulate_paths
+from ftcfa.engine.compiler.flatten import leaves, like
 from ftcfa.study.metrics.compared import COMPARED
 from ftcfa.study.metrics.metric import Metric
 from ftcfa.study.metrics.table import METRICS
@@ -57,16 +58,11 @@ def test_a_metric_is_described_and_keeps_the_shape_of_its_counter(name):
 def test_results_are_one_a_path_or_joint_and_nan_where_a_path_diverged(name):
     parts = [observed(4, seed)[1] for seed in range(PATHS)]
     observer, one = observed(4)
-    shapes = [np.shape(leaf) for leaf in (*one[:4], *one.metrics)]
-    leaves = [
-        np.stack([[*part[:4], *part.metrics][k] for part in parts]) for k in range(len(shapes))
-    ]
-    for leaf in leaves:
-        leaf[-1] = np.nan
-    counts = one._replace(
-        samples=leaves[0], settled=leaves[1], first_error=leaves[2], torque=leaves[3],
-        metrics=tuple(leaves[4:]),
-    )  # fmt: skip
+    states = [leaves(part) for part in parts]
+    stacked = [np.stack(rows) for rows in zip(*states, strict=True)]
+    for row in stacked:
+        row[-1] = np.nan
+    counts = like(one, iter(stacked))
     values = observer.results(counts, PERIOD)[name]
     assert values.shape == ((PATHS, JOINTS) if METRICS[name].per_joint else (PATHS,))
     assert np.all(np.isnan(values[-1]))

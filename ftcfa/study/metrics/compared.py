@@ -8,6 +8,7 @@ import xarray as xr
 
 from ftcfa.arrays import Array
 from ftcfa.study.metrics.table import METRICS
+from ftcfa.study.outcomes import KEPT
 
 
 class ComparedMetric(NamedTuple):
@@ -56,6 +57,10 @@ def _diverged(run: xr.Dataset, _: Array) -> Array:
     return 1.0 * np.isfinite(run["diverged_at"].values)
 
 
+def _failed(run: xr.Dataset, _: Array) -> Array:
+    return 1.0 * (run["outcome"].values != KEPT)
+
+
 COMPARED: dict[str, ComparedMetric] = {
     "settling_time": ComparedMetric(
         "s", "time to settle, the duration where that never happens", _settling_time, "settle"
@@ -83,6 +88,13 @@ COMPARED: dict[str, ComparedMetric] = {
     ),
     "unsettled": ComparedMetric(
         "1", "1 for a path that does not settle, or diverges", _unsettled, "unsettled", binary=True
+    ),
+    "failed": ComparedMetric(
+        "1",
+        "1 for a path that is not kept: it loses track, breaks a limit or diverges",
+        _failed,
+        "failed",
+        binary=True,
     ),
     "diverged": ComparedMetric(
         "1", "1 for a path that diverges", _diverged, "diverged", binary=True
