@@ -114,8 +114,8 @@ class Verification:
         fixed: Share among all paths that were run, with Clopper and Pearson's interval. It holds
             for a number of paths fixed beforehand, and so for the budget before anything is run;
             given that the answer is "undecided", it misses the share in about half of the cases.
-        broke_limits: Number of the judged paths that kept the specification and yet were beyond a limit
-            of the URDF, of position or velocity, at some time; zero where that is not allowed.
+        broke_limits: Number of the judged paths that kept the specification and yet were beyond a
+            limit of the URDF, of position or velocity, at some time; zero where that is forbidden.
         worst: The paths that exceeded their limits most, the worst first.
         seed: Seed of the paths.
         specification: The specification.
