@@ -2,6 +2,8 @@
 
     python scripts/compare_laws.py [--quick] [--paths N] [--out FOLDER]
 
+It prints tables and writes compare-laws.json, rivals-pendulum.png and rivals-panda.png.
+
 All laws run under the same noise, on the paper's double pendulum (10,000 paths) and on Panda on
 the floor of a truck (1,000 paths, each with a robot of its own whose inertias are known to some
 20 %). Their default gains follow one rule, that of `ftcfa.control.laws`; period, torque limits
@@ -9,6 +11,7 @@ and the nominal robot are the same for all.
 """
 
 import argparse
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +30,10 @@ FIGURES = Path(__file__).parent / "figures"
 TRUCK = [f"mil_std_810g_highway_truck_{a}" for a in ("longitudinal", "transverse", "vertical")]
 PATHS = {"pendulum": 10_000, "panda": 1_000}
 DURATION = {"pendulum": 10.0, "panda": 5.0}
+STILL = 1e-9
+"""Rate of an adaptation that does nothing [1/s]."""
+SHOWN = ("settling_time", "late_rms_error", "torque_rate", "saturated", "failed")
+"""Metrics in the record."""
 
 
 def panda():
@@ -51,8 +58,13 @@ def pendulum():
 def tables(loop):
     """The loops of each table, by name; the law as printed stands beside the rivals."""
     printed = replace(loop, controller=ftcfa.printed(loop.controller))
+    still = ftcfa.SlotineLi(loop.controller.nominal, adaptation_rate=STILL)
+    more = {
+        "as given, printed": printed,
+        "SlotineLi, adaptation off": replace(loop, controller=still),
+    }
     return {
-        "rivals": rivals(loop) | {"as given, printed": printed},
+        "rivals": rivals(loop) | more,
         "ablations of the law as printed": ablations(printed),
         "conditions": conditions(loop),
     }
@@ -64,6 +76,17 @@ LOOPS = {
 }
 
 
+def summary(record):
+    """What README says of a table: mean and quantiles (5, 25, 50, 75, 95 %) of each loop."""
+    keys = ("mean", "quantiles", "significant", "median_significant")
+    loops = {
+        row["loop"]: {name: {key: row["metrics"][name][key] for key in keys} for name in SHOWN}
+        for row in record["loops"]
+    }
+    return {"paths": record["paths"], "duration": record["duration"], "same": record["same"],
+            "loops": loops}  # fmt: skip
+
+
 def main():
     """Print the tables, draw the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -73,16 +96,20 @@ def main():
     options = parser.parse_args()
     make_folder(options.out)
     console = Console(highlight=False)
+    record = {name: {} for name in LOOPS}
     for name, (loop, title) in LOOPS.items():
         paths = 16 if options.quick else options.paths or PATHS[name]
         duration = 0.5 if options.quick else DURATION[name]
         for table, loops in tables(loop).items():
             console.print(f"\n{title}: {table}\n")
             dataset = compare(loops, paths, duration)
-            print_comparison(comparison_record(dataset), console)
+            compared = comparison_record(dataset)
+            print_comparison(compared, console)
+            record[name][table] = summary(compared)
             if table == "rivals":
                 image = rendered(comparison_figure(dataset, title))["png"]
                 write_whole(options.out / f"rivals-{name}.png", image)
+    write_whole(options.out / "compare-laws.json", json.dumps(record, indent=1).encode())
 
 
 if __name__ == "__main__":

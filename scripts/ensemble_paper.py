@@ -1,21 +1,24 @@
 """The paper's comparison as an ensemble: is kappa = 0.6 better than kappa = 1, and how surely?
 
-    python scripts/ensemble_paper.py [--quick] [--paths N]
+    python scripts/ensemble_paper.py [--quick] [--paths N] [--out FOLDER]
 
 The double pendulum of the paper's Section V, shaken by a random base acceleration, under the
 finite-time law and the asymptotic one. Path i of both has the same noise (common random numbers),
 so the difference is taken path by path and most of the noise cancels. The paper shows one path;
 this script runs 10,000 paths of 20 s. A path has settled once its error stays below 0.05 rad until
-the end of the run; a path that has not settled counts with the whole duration in the mean.
+the end of the run; a path that has not settled counts with the whole duration in the mean. The law
+is the one as printed, with the noise as printed; it writes ensemble.png and ensemble.json.
 """
 
 import argparse
+import json
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 
 from ftcfa import ensemble, settled_in_mean_square, settling
+from ftcfa.files import make_folder, write_whole
 from ftcfa.report.figures import BLUE, ORANGE, STYLE, draw_level, label_level, page, rendered
 from ftcfa.statistics.moments import Moments, paired_differences
 from ftcfa.study.reproduction import ASYMPTOTIC, BAND, FINITE_TIME, closed_loop
@@ -25,7 +28,7 @@ PATHS, DURATION = 10_000, 20.0
 QUICK_PATHS, QUICK_DURATION = 500, 5.0
 START = 1.0
 """Length of the view of the settling [s]."""
-FIGURE = Path(__file__).parent / "figures" / "ensemble.png"
+FIGURES = Path(__file__).parent / "figures"
 
 
 def shown(estimate, unit):
@@ -35,10 +38,24 @@ def shown(estimate, unit):
     return f"{estimate.value:.5g} {unit} ({estimate.low:.5g} to {estimate.high:.5g})"
 
 
+def measured(run):
+    """What README says of a law."""
+    times = settling(run)
+    return {
+        "settled": times.settled,
+        "median": float(times.quantile(0.5).value) if times.settled > times.censored else None,
+        "mean_square": [float(x) for x in late_mean_square(run)],
+    }
+
+
+def late_mean_square(run):
+    """Mean-square error late in the run, with its interval."""
+    return Moments.of(run["late_rms_error"].values ** 2).skewness_corrected()
+
+
 def print_case(name, run):
     """Print mean square and settling of one law."""
-    late = Moments.of(run["late_rms_error"].values ** 2).skewness_corrected()
-    times = settling(run)
+    late, times = late_mean_square(run), settling(run)
     reached = settled_in_mean_square(run, BAND**2)
     print(f"{name}: {run.attrs['diverged']} diverged, {times.settled} settled to {BAND:g} rad")
     print(f"  mean-square error, late    {shown(late, 'rad^2')}")
@@ -103,9 +120,11 @@ def draw(runs):
 def main():
     """Run both, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="fewer and shorter paths, no figure")
+    parser.add_argument("--quick", action="store_true", help="fewer and shorter paths")
     parser.add_argument("--paths", type=int, help="number of paths of each law")
+    parser.add_argument("--out", type=Path, default=FIGURES, help="folder for the figure")
     options = parser.parse_args()
+    make_folder(options.out)
     paths = options.paths or (QUICK_PATHS if options.quick else PATHS)
     duration = QUICK_DURATION if options.quick else DURATION
     runs = {
@@ -116,9 +135,9 @@ def main():
     for name, run in runs.items():
         print_case(name, run)
     print_differences(*runs.values())
-    if not options.quick:
-        FIGURE.write_bytes(rendered(draw(runs))["png"])
-        print(f"figure in {FIGURE}")
+    record = {"paths": paths} | {name: measured(run) for name, run in runs.items()}
+    write_whole(options.out / "ensemble.json", json.dumps(record, indent=1).encode())
+    write_whole(options.out / "ensemble.png", rendered(draw(runs))["png"])
 
 
 if __name__ == "__main__":

@@ -5,11 +5,12 @@
 The derivative of its virtual control is infinite where a tracking error crosses zero. With a
 shorter period, samples fall closer to these crossings and the law demands more torque. The plant
 takes the same steps and has the same noise at every period of the controller. The script takes a
-minute; it prints the largest torque that is demanded on each path, and writes the figure
-rival-singularity.png.
+minute; it prints the largest torque that is demanded on each path, and writes
+rival-singularity.png and rival-singularity.json.
 """
 
 import argparse
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -125,6 +126,11 @@ def main() -> None:
         for ticks in TICKS
     }
     print_tables(result)
+    medians = {arm: {law: [float(np.median(result[arm, law, ticks])) for ticks in TICKS]
+                     for law in LAWS} for arm in ARMS}  # fmt: skip
+    periods = [1e3 * ticks * STEP for ticks in TICKS]
+    record = json.dumps({"periods": periods, "medians": medians}, indent=1)
+    write_whole(options.out / "rival-singularity.json", record.encode())
     write_whole(options.out / "rival-singularity.png", rendered(figure(result))["png"])
 
 

@@ -6,11 +6,12 @@ The paper's double pendulum and Panda stand on the floor of a US highway truck (
 514.6C-1, unverified in a primary source): longitudinal along x, transverse along y, vertical along
 z, all at once and independent. The controller has the paper's gains and knows the nominal robot;
 each path has a floor of its own and, where robots are uncertain, a robot of its own. The script
-takes two minutes; it prints a table and writes the figure truck-floor.png.
+takes two minutes; it prints a table and writes truck-floor.png and truck-floor.json.
 """
 
 import argparse
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from rich.text import Text
 import ftcfa
 from ftcfa.arrays import Array
 from ftcfa.files import make_folder, write_whole
+from ftcfa.loop.bounds import bounds_of
 from ftcfa.report.figures import BLUE, INK, LIGHT, ORANGE, STYLE, draw_level, page, rendered
 from ftcfa.report.terminal import print_line, print_table
 from ftcfa.statistics.settling import below_for_good
@@ -47,7 +49,7 @@ COLOURS = {
 """Colours of median and band, by floor and whether robots are uncertain; the last is on top."""
 HEADS = (
     "law", "floor", "robots", "rms OTE\nmrad", "settled\ns", "saturated\n%", "outside\npaths",
-    "diverged\npaths",
+    "lost\npaths",
 )  # fmt: skip
 """Heads of the tables."""
 QUANTILES = (0.05, 0.5, 0.95)
@@ -138,27 +140,42 @@ def quantiles(values: Array, axis: int | tuple[int, ...] = 0) -> Array:
     return np.quantile(ranked, QUANTILES, axis=axis, method="inverted_cdf")
 
 
-def row(case: Case, loop: ftcfa.ClosedLoop, ran: xr.Dataset) -> list[str | Text]:
-    """The texts of a row of the table."""
+def measured(case: Case, loop: ftcfa.ClosedLoop, ran: xr.Dataset) -> dict[str, Any]:
+    """What the table and README say of a case; quantiles of 5, 50 and 95 % over the paths."""
     late = ran.ote.values[:, ran.sizes["time"] // 2 :]
-    settled = [below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values]
+    settled = np.array([below_for_good(ran.time.values, ote, BAND) for ote in ran.ote.values])
     outside = ~np.all(late < BAND, axis=1)
-    heavy = np.sum(outside & overloaded(loop, ran))
+    error = np.abs(ran.q - ran.q_d).isel(time=-1).values
+    return {
+        **asdict(case),
+        "rms_error": quantiles(1e3 * np.sqrt(np.mean(late**2, axis=1))).tolist(),
+        "settled": quantiles(settled).tolist(),
+        "saturated": quantiles(100 * ran.saturated.mean("time").values).tolist(),
+        "outside": int(outside.sum()),
+        "heavy": int(np.sum(outside & overloaded(loop, ran))),
+        "lost": int(np.sum(~np.all(error <= bounds_of(loop.arm).error, axis=1))),
+        "largest_error": float(np.nanmax(late)),
+    }
+
+
+def row(record: dict[str, Any]) -> list[str | Text]:
+    """The texts of a row of the table."""
+    heavy = record["heavy"]
     return [
-        "paper's" if case.compensation == "none" else "+ bias",
-        case.floor,
-        "uncertain" if case.uncertain else "nominal",
-        _spread(1e3 * np.sqrt(np.mean(late**2, axis=1)), ".2f"),
-        _spread(np.array(settled), ".2f"),
-        _spread(100 * ran.saturated.mean("time").values, ".1f"),
-        _above(f"{outside.sum()}", f"{heavy} too heavy" if heavy else ""),
-        f"{np.isfinite(ran.diverged_at.values).sum()}",
+        "paper's" if record["compensation"] == "none" else "+ bias",
+        record["floor"],
+        "uncertain" if record["uncertain"] else "nominal",
+        _spread(record["rms_error"], ".2f"),
+        _spread(record["settled"], ".2f"),
+        _spread(record["saturated"], ".1f"),
+        _above(f"{record['outside']}", f"{heavy} too heavy" if heavy else ""),
+        f"{record['lost']}",
     ]
 
 
-def _spread(values: Array, spec: str) -> Text:
+def _spread(values: list[float], spec: str) -> Text:
     """Median, and the other quantiles below it where they differ."""
-    low, median, high = (format(q, spec).replace("inf", "never") for q in quantiles(values))
+    low, median, high = (format(q, spec).replace("inf", "never") for q in values)
     return _above(median, f"{low}-{high}" if low != high else "")
 
 
@@ -167,12 +184,12 @@ def _above(text: str, dim: str) -> Text:
     return Text.assemble(text, (f"\n{dim}" if dim else "", "dim"))
 
 
-def print_tables(rows: dict[Case, list[str | Text]], paths: int, duration: float) -> None:
+def print_tables(records: list[dict[str, Any]], paths: int, duration: float) -> None:
     """Print a table for each arm, and what the columns mean."""
     console = Console(highlight=False)
     for arm in SHOWN:
         print_line(f"{arm}, {paths} paths of {duration:g} s", console, "bold")
-        shown = [cells for case, cells in rows.items() if case.arm == arm]
+        shown = [row(record) for record in records if record["arm"] == arm]
         print_table(HEADS, shown, console, "lllr")
         console.print()
     console.print(
@@ -180,7 +197,8 @@ def print_tables(rows: dict[Case, list[str | Text]], paths: int, duration: float
         f"of the run. settled: |q - q_d| stays below {BAND:g} rad from then on. saturated: share "
         f"of time in which some joint has a torque command above its limit. outside: paths beyond "
         f"{BAND:g} rad in the second half; too heavy: of those, robots that could not follow the "
-        "reference on a floor at rest. lines: the same tables as sums of sinusoids (RandomPhase), "
+        "reference on a floor at rest. lost: paths of which a joint is a quarter turn from its "
+        "reference at the end. lines: the same tables as sums of sinusoids (RandomPhase), "
         "which have nothing below 10 Hz.",
         style="dim",
     )
@@ -251,12 +269,14 @@ def main() -> None:
     options = parser.parse_args()
     make_folder(options.out)
     paths, duration, lines = (8, 1.0, QUICK_LINES) if options.quick else (200, 10.0, LINES)
-    ensembles, rows = {}, {}
+    ensembles, records = {}, []
     for case in CASES:
         loop = closed_loop(case, lines)
         ensembles[case] = run(loop, paths, duration, options.seed)
-        rows[case] = row(case, loop, ensembles[case])
-    print_tables(rows, paths, duration)
+        records.append(measured(case, loop, ensembles[case]))
+    print_tables(records, paths, duration)
+    record = {"paths": paths, "duration": duration, "cases": records}
+    write_whole(options.out / "truck-floor.json", json.dumps(record, indent=1).encode())
     image = rendered(figure(ensembles, options.seed))["png"]
     write_whole(options.out / "truck-floor.png", image)
 

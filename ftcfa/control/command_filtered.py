@@ -37,10 +37,13 @@ class CommandFilteredBackstepping(Law):
 
     a1 = c1 + 3/4 (1 + k1) and a2 = c2 + 3/4 k2 + 5/4 are the rates of the asymptotic FTCF, so
     the quartic Lyapunov function of the paper, V = (v1^T v1)^2/4 + (z2^T z2)^2/4 + ..., applies
-    with kappa = 1. Unlike FTCF, the law feeds the filter's derivative forward, its filter is linear
-    and it has no anti-saturation state. We did not have the sources: error compensation and filter
-    are those that the literature gives for [8], and the network is the one of the paper, which
-    says that [11] "requires a completely known inertia matrix".
+    with kappa = 1. The coupling term -v1 of Farrell, Polycarpou, Sharma and Dong (Command filtered
+    backstepping, IEEE Trans. Autom. Control 54, 2009) is left out: their quadratic V needs it to
+    cancel v1^T z2, whereas here |v1|^2 v1^T z2 <= 3/4 |v1|^4 + 1/4 |z2|^4 (Young), which the 3/4
+    in a1 and 1/4 of the 5/4 in a2 pay for. Unlike FTCF, the law feeds the filter's derivative
+    forward, its filter is linear and it has no anti-saturation state. We did not have the sources:
+    error compensation and filter are those that the literature gives for [8], and the network is
+    the one of the paper, which says that [11] "requires a completely known inertia matrix".
 
     Attributes:
         nominal: The arm as the controller knows it.

@@ -12,6 +12,7 @@ from ftcfa.engine.dataset import trajectories
 from ftcfa.engine.run import Engine, check_memory, path_numbers, run_paths, samples_of
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.feasibility import warn_of_doubts
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; all others are recorded on request."""
@@ -123,6 +124,7 @@ def _run(
     names = _signal_names(loop, shapes, signals)
     entries = sum(int(np.prod(shapes[name])) for name in names)
     check_memory("record", 8 * entries * len(numbers) * -(-samples // record_every))
+    warn_of_doubts(loop, duration, frames=2)
     run = run_paths(loop, samples, record_every, seed, numbers, names, vary, threads, engine)
     time = np.arange(0, samples, record_every) * loop.period
     dataset = trajectories(loop, time, run.paths, numbers, run.varied)

@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.feasibility import gravity_on, unit_of
 from ftcfa.study.outcomes import KEPT, OUTCOMES
 
 FAILING = 0.01
@@ -52,12 +53,12 @@ def _past(kind: int) -> str:
 
 def _advice(loop: ClosedLoop, dataset: xr.Dataset, joint: int, saturated: float) -> str:
     """What to try."""
-    gravity = [abs(loop.arm.potential_force(q)[joint]) for q in dataset["q_d"].values]
+    gravity = float(gravity_on(loop, dataset["q_d"].values)[:, joint].max())
     limit = float(loop.arm.effort_limit[joint])
-    if max(gravity) > limit:
-        name = loop.arm.joint_names[joint]
+    if gravity > limit:
+        unit, name = unit_of(loop, joint, "N m"), loop.arm.joint_names[joint]
         return (
-            f"gravity on the reference needs {max(gravity):.3g} of {limit:.3g} N m or N at joint "
+            f"gravity on the reference needs {gravity:.3g} of {limit:.3g} {unit} at joint "
             f"'{name}'; give it more torque or another reference"
         )
     if saturated > OFTEN:

@@ -19,6 +19,7 @@ from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.feasibility import warn_of_doubts
 from ftcfa.statistics.estimate import CONFIDENCE
 from ftcfa.statistics.quantile_sketch import BINS
 from ftcfa.study.chunk import count_chunk, quantities, run_chunk, simulate_chunk
@@ -106,6 +107,7 @@ def ensemble(
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after, beyond)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
+    warn_of_doubts(loop, duration)
     tally, interrupted = Tally(times, loop.arm.n), False
     with nullcontext() if store is None else Store(store, _identity(loop, plan)) as place:
         try:

@@ -5,23 +5,19 @@ velocity is beyond the URDF's. Both are judged at the end of the run: the outcom
 these events that does not end before. A path that diverges is named so whatever came before.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.control.protocol import Signals
+from ftcfa.loop.bounds import Bounds
 
 OUTCOMES = ("kept", "lost track", "broke a limit", "diverged")
 """What becomes of a path; in results the number of its place here."""
 WORDS = tuple(outcome.replace(" ", "_") for outcome in OUTCOMES)
 """The same as one word each, for attributes and files."""
 KEPT, LOST, BROKE, DIVERGED = range(len(OUTCOMES))
-QUARTER_TURN = np.pi / 2
-"""Error of a revolute joint beyond which it has lost track [rad]."""
-TRAVEL = 0.1
-"""Error of a prismatic joint beyond which it has lost track, as a share of its travel."""
 VARIABLES = {
     "outcome": ("", "what became of the path"),
     "outcome_time": ("s", "time from which it is so, NaN for a path that is kept"),
@@ -31,43 +27,6 @@ VARIABLES = {
     "limit_broken_at": ("s", "first time at which a joint was beyond a limit, NaN if never"),
 }
 """Variables of each path, with unit and meaning."""
-
-
-class Bounds(NamedTuple):
-    """Bounds of the joints, each a number or shape (n,)."""
-
-    error: Any = np.inf
-    """Error beyond which a joint has lost track [rad or m]."""
-    lower: Any = -np.inf
-    """Lower limit of the position [rad or m]."""
-    upper: Any = np.inf
-    """Upper limit of the position [rad or m]."""
-    velocity: Any = np.inf
-    """Limit of the velocity [rad/s or m/s]."""
-
-
-NO_BOUNDS = Bounds()
-"""Bounds that every path keeps."""
-
-
-def bounds_of(arm: Any, lost: npt.ArrayLike | None = None) -> Bounds:
-    """The bounds of an arm.
-
-    Args:
-        arm: The arm; one without limits, such as `PaperPendulum`, breaks none.
-        lost: Error beyond which a joint has lost track, one number or one for each joint [rad or
-            m]; by default a quarter turn, and a tenth of the travel of a prismatic joint. A slide
-            without end does not lose track.
-    """
-    limits = Bounds(
-        lower=getattr(arm, "lower", -np.inf),
-        upper=getattr(arm, "upper", np.inf),
-        velocity=getattr(arm, "velocity_limit", np.inf),
-    )
-    if lost is None:
-        prismatic = np.array([kind == "prismatic" for kind in arm.joint_types])
-        lost = np.where(prismatic, TRAVEL * (limits.upper - limits.lower), QUARTER_TURN)
-    return limits._replace(error=np.asarray(lost, dtype=float))
 
 
 class Events(NamedTuple):

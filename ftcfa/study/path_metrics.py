@@ -8,6 +8,7 @@ import numpy as np
 from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, not_negative, positive
 from ftcfa.control.protocol import Signals
+from ftcfa.loop.bounds import NO_BOUNDS, Bounds
 from ftcfa.parts import Part
 from ftcfa.study import outcomes
 from ftcfa.study.metrics.metric import Sample, Totals
@@ -47,7 +48,7 @@ class PathMetrics(Part):
 
     tolerance: Annotated[float, Check(positive, "rad or m")]
     after: Annotated[float, Check(not_negative, "s")] = 0.0
-    bounds: outcomes.Bounds = outcomes.NO_BOUNDS
+    bounds: Bounds = NO_BOUNDS
 
     def init(self, n: int) -> Counts:
         """Counters before the first sample."""

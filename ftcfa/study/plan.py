@@ -11,8 +11,8 @@ from ftcfa.arrays import Array
 from ftcfa.checks import counting, natural, positive
 from ftcfa.engine.run import samples_of
 from ftcfa.errors import ParameterError
+from ftcfa.loop.bounds import bounds_of
 from ftcfa.loop.closed_loop import ClosedLoop
-from ftcfa.study.outcomes import bounds_of
 from ftcfa.study.path_metrics import PathMetrics
 
 RECORDED_TIMES = 200
@@ -34,7 +34,7 @@ class Plan:
         chunk: Number of paths that are computed, stored and sent at once.
         after: Time from which errors count as late [s]; None takes half of the duration.
         lost: Error beyond which a joint has lost track, for each joint [rad or m]; None takes the
-            default of `ftcfa.study.outcomes.bounds_of`.
+            default of `ftcfa.loop.bounds.bounds_of`.
     """
 
     duration: float

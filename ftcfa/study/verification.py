@@ -24,12 +24,13 @@ from ftcfa.checks import (
 )
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.errors import ParameterError
+from ftcfa.loop.bounds import bounds_of
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.feasibility import warn_of_doubts
 from ftcfa.parts import Part
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
 from ftcfa.statistics.sequential_test import LARGEST_BETA, SequentialTest, Verdict
-from ftcfa.study.outcomes import bounds_of
 from ftcfa.study.path_metrics import PathMetrics
 from ftcfa.study.progress import Interrupted, Progress
 
@@ -171,6 +172,7 @@ def verify(
     natural("seed", seed)
     samples = samples_of(loop, duration)
     specification.check(loop, duration)
+    warn_of_doubts(loop, duration)
     limits = specification.limits_of(loop.arm.n)
     metrics = PathMetrics(specification.error, specification.within, bounds_of(loop.arm))
     observed = replace(loop, observer=metrics)

@@ -25,7 +25,8 @@ from ftcfa import (
     simulate_paths,
     verify,
 )
-from ftcfa.study.outcomes import BROKE, DIVERGED, KEPT, LOST, OUTCOMES, bounds_of
+from ftcfa.loop.bounds import bounds_of
+from ftcfa.study.outcomes import BROKE, DIVERGED, KEPT, LOST, OUTCOMES
 
 ARM = load_arm("double_pendulum", gravity=9.8)
 SHAKEN = Vibration(BaseAcceleration("xz"), WhiteNoise(0.1))
