@@ -148,14 +148,11 @@ def kept(way: str, paths: int) -> Array:
     loop = closed_loop(Case(noise="psd"))
     q2, q1 = np.meshgrid(GRID, GRID, indexing="ij")
     starts = np.repeat(np.stack([q1.ravel(), q2.ravel()], axis=1), paths, axis=0)
-    run = ftcfa.simulate_paths(
-        replace(loop, controller=law(loop.arm, way), v0=0.0), len(starts), 10.0, record_every=10_000 - 1,
-        vary={"q0": starts},
-    )  # fmt: skip
+    loop = replace(loop, controller=law(loop.arm, way), v0=0.0)
+    run = ftcfa.simulate_paths(loop, len(starts), 10.0, record_every=9999, vary={"q0": starts})
     error = np.abs(run.q - run.q_d).isel(time=-1).values
-    return np.mean(
-        np.all(error <= QUARTER_TURN, axis=1).reshape(len(GRID), len(GRID), paths), axis=2
-    )
+    stays = np.all(error <= QUARTER_TURN, axis=1)
+    return np.mean(stays.reshape(len(GRID), len(GRID), paths), axis=2)
 
 
 @mpl.rc_context(STYLE)
