@@ -99,8 +99,8 @@ def draw(runs):
         square.plot(run["time"], value, color=color, label=name)
         times = settling(run)
         inside = times.time <= duration
-        time = np.concatenate([[0.0], times.time[inside], [duration]])
-        share, low, high = (np.concatenate([[0.0], x[inside], x[inside][-1:]]) for x in times.share)
+        time = np.append(times.time[inside], duration)
+        share, low, high = (np.append(x[inside], x[inside][-1:]) for x in times.share)
         settle.fill_between(time, low, high, color=color, alpha=0.4, linewidth=0, step="post")
         settle.plot(time, share, color=color, drawstyle="steps-post", label=name)
         if times.censored:

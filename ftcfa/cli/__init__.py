@@ -1,15 +1,16 @@
 """The command line, thin: each command imports what it needs only when it runs.
 
 Exit status: 0 done, 1 the answer is no, 2 bad input (one sentence for each fault on standard
-error), 3 undecided within the budget, 130 interrupted.
+error), 3 undecided within the budget, 130 interrupted. A warning is one line on standard error.
 """
 
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
 from pkgutil import resolve_name
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -43,7 +44,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     before = signal.signal(signal.SIGINT, stop_at_once)
     try:
-        app(args=None if arguments is None else list(arguments), prog_name="ftcfa")
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            app(args=None if arguments is None else list(arguments), prog_name="ftcfa")
     except (Exception, KeyboardInterrupt) as error:
         if interrupted.is_set():
             sys.exit(130)
@@ -55,6 +58,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     finally:
         signal.signal(signal.SIGINT, before)
         interrupted.clear()
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Print a warning for a reader, without the line of code that gave it."""
+    print(f"ftcfa: warning: {message}", file=sys.stderr)
 
 
 VERSION = "Print the version and exit."

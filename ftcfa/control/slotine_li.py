@@ -40,9 +40,10 @@ class SlotineLi(Law):
     under noise and saturation and moves it back to zero. The estimate need not belong to a
     physically possible body.
 
-    While a torque is beyond its limit, d does not learn: the error then says nothing about p. On a
-    nominal arm that is exact there is nothing to learn, and the default adaptation follows the
-    noise: see README for what that costs.
+    While a torque is beyond its limit, d does not learn: the error then says nothing about p. On
+    the paper's pendulum, whose nominal arm is exact and whose torque is saturated at the start, a
+    law that learned there had an rms error of 2.58 mrad, where computed torque has 1.06 mrad (noise
+    0.1 "amplitude"); with this rule it has 1.00 mrad.
 
     W scales the parameters of each body by its own mass and size (`Arm.inertial_weights`), so that
     gamma means the same on any arm: the law learns an unmodelled weight at about the rate

@@ -1,7 +1,7 @@
 """What a loop asks of its arm, seen before it runs: its limits, the start, gravity."""
 
 import warnings
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +59,8 @@ def doubts(loop: ClosedLoop, duration: float) -> list[str]:
 
 def gravity_on(loop: ClosedLoop, postures: Array) -> Array:
     """|h(q)| of the loop's arm in postures of shape (k, n), shape (k, n) [N m or N]."""
-    return np.array([np.abs(loop.arm.potential_force(q)) for q in postures])
+    rest = np.zeros(loop.arm.n)
+    return np.array([np.abs(loop.arm.bias_force(q, rest)) for q in postures])
 
 
 def unit_of(loop: ClosedLoop, joint: int, unit: str) -> str:
@@ -111,7 +112,7 @@ def _far(loop: ClosedLoop, start: Array, reference: Array, far: Array) -> str:
 
 def _weak(loop: ClosedLoop, gravity: Array, times: Array) -> str:
     """That gravity, shape (T, n), needs more than the effort limit."""
-    limit = cast(Array, loop.arm.effort_limit)
+    limit = loop.arm.effort_limit
     k, joint = np.unravel_index(np.argmax(gravity / limit), gravity.shape)
     if not gravity[k, joint] > limit[joint]:
         return ""

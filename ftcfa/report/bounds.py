@@ -52,6 +52,7 @@ def bounds_record(promised: Bounds, paths: TheoremPaths) -> dict[str, Any]:
             {name: getattr(each, name) for name in CONDITION} for each in promised.conditions
         ],
         "filter_bound": promised.filter_bound,
+        "network_box": promised.law.network.half_range,
         "Delta": promised.Delta,
         "Delta_terms": dict(promised.Delta_terms),
         "Gamma": promised.Gamma,
@@ -87,6 +88,7 @@ def _measured(paths: TheoremPaths) -> dict[str, Any]:
         "first_entry": finite(np.mean(entry)),
         "entered": float(np.mean(np.isfinite(entry))),
         "pi1": finite(pi1),
+        "network_input": finite(np.max(paths.network_input)),
         "eps": finite(eps),
         "theta": finite(np.max(values.needed_theta)),
         "premises_hold": float(np.mean(paths.premises_hold)) if np.any(entry > 0) else None,
@@ -158,6 +160,7 @@ def _print_comparison(record: Mapping[str, Any], console: Console) -> None:
         ("E[LV + Delta V^p], largest", record["Gamma"], measured["Gamma"]),
         ("E[first entry] [s]", record["first_entry"], measured["first_entry"]),
         ("|abar - alpha| (pi1) [rad/s]", supplied["pi1"], measured["pi1"]),
+        ("|X_i|, the network's box", record["network_box"], measured["network_input"]),
         ("eps, given theta", supplied["eps"], measured["eps"]),
         ("theta, if eps = 0", supplied["theta"], measured["theta"]),
     )

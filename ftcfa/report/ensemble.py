@@ -97,6 +97,7 @@ def _mean_square(dataset: xr.Dataset) -> dict[str, Any]:
         "unit": dataset["ote_mean_square"].attrs["units"],
         "time": float(last["time"]),
         **interval(last["ote_mean_square"].values),
+        "by_few": bool(last["ote_mean_square_by_few"]),
     }
     if dataset.attrs["diverged"]:
         record["not_diverged"] = interval(last["ote_mean_square_not_diverged"].values)
@@ -183,11 +184,16 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("paths", _paths(record)),
         *_outcome_facts(record),
         *_settling_facts(record),
-        ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s"),
+        ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s{_few(square)}"),
     ]
     if "not_diverged" in square:
         facts.append(("not diverged", f"{_estimate(square['not_diverged'])} {square['unit']}"))
     return [*facts, ("Definition 1", _definition_1(record))]
+
+
+def _few(square: Mapping[str, Any]) -> str:
+    """What to say where few paths carry a mean square."""
+    return "; few paths carry it: run more, the interval may miss it" if square["by_few"] else ""
 
 
 def _settling_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -136,10 +136,9 @@ def _draw_settling(ax: Axes, dataset: xr.Dataset) -> None:
     if times.censored + times.diverged == 0:
         end = min(end, BEYOND * float(times.time[-1]) or end)
     inside = times.time < end
-    time = np.concatenate([[0.0], times.time[inside], [end]])
+    time = np.append(times.time[inside], end)
     value, low, high = (
-        np.concatenate([[0.0], share[inside], share[times.time <= end][-1:]])
-        for share in times.share
+        np.append(share[inside], share[times.time <= end][-1:]) for share in times.share
     )
     ax.fill_between(time, low, high, color=BLUE, alpha=FILLS[1], step="post", linewidth=0)
     ax.plot(time, value, color=BLUE, drawstyle="steps-post")

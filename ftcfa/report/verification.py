@@ -82,8 +82,11 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     ]  # fmt: skip
     if record["answer"] == "undecided" and record["paths"] == required["budget"]:
         exact = record["all_paths"]
-        interval = f"{exact['low']:.4g} to {exact['high']:.4g}, Clopper and Pearson's interval"
-        facts.append(("exact", interval))
+        interval = (
+            f"{exact['low']:.4g} to {exact['high']:.4g} (Clopper and Pearson); valid for a budget "
+            "fixed before the run, not given that the answer is undecided"
+        )
+        facts.append(("all paths", interval))
     return facts
 
 

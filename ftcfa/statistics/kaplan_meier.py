@@ -11,6 +11,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import probability
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
+from ftcfa.statistics.proportions import proportion
 
 ROUNDING = 1e-9
 """Rounding of products of shares."""
@@ -21,7 +22,7 @@ class SettlingDistribution:
     """Distribution of the settling time: the share of paths that have settled, over time.
 
     Attributes:
-        time: Rising times at which a path settled or was last observed, shape (k,) [s].
+        time: Rising times at which a path settled or was last observed, from 0 on, shape (k,) [s].
         share: Probability of having settled by each time, with a confidence band that holds at each
             single time, shape (k,).
         settled: Number of paths that settled.
@@ -40,7 +41,8 @@ class SettlingDistribution:
 
         The interval holds the times at which p lies in the band (Brookmeyer and Crowley, A
         confidence interval for the median survival time, Biometrics 38, 1982). Infinite where the
-        runs end first, or too many paths diverge.
+        runs end first, or too many paths diverge. Intervals of 95 % cover the quantiles of 5, 50
+        and 95 % in COVERAGE of the cases (``scripts/coverage_table.py``).
 
         Raises:
             ParameterError: If p is not between 0 and 1.
@@ -67,7 +69,8 @@ def settling_distribution(
     reach one. The band is Greenwood's on the scale log(-log(1 - share)), which
     keeps it within 0 and 1 (Kalbfleisch and Prentice, The Statistical Analysis of Failure Time
     Data, 2nd ed. 2002). That band has no value before the first path has settled and after the
-    last one; it is continued to there.
+    last one. After the last one it is continued; before the first one it begins, at 0 s, at Clopper
+    and Pearson's bound of a share of which no path of all has been seen.
 
     Args:
         settled_at: Settling time of each path, NaN where it did not settle, shape (paths,) [s].
@@ -101,9 +104,14 @@ def settling_distribution(
     low = np.maximum.accumulate(np.nan_to_num(band.low.probabilities, nan=0.0))
     high = np.nan_to_num(band.high.probabilities, nan=1.0)
     high = np.minimum.accumulate(high[::-1])[::-1]
+    time, share = cdf.quantiles, Estimate(cdf.probabilities, low, high)
+    if time[0] > 0.0:
+        none = proportion(0, times.size, confidence)
+        time = np.concatenate([[0.0], time])
+        share = Estimate(*(np.append(a, b) for a, b in zip(none, share, strict=True)))
     return SettlingDistribution(
-        cdf.quantiles,
-        Estimate(cdf.probabilities, low, high),
+        time,
+        share,
         settled=int(np.sum(settled)),
         censored=int(np.sum(~settled & ~has_diverged)),
         diverged=int(np.sum(has_diverged)),

@@ -13,9 +13,8 @@ from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 Counts = npt.NDArray[np.integer]
 
-FEW = 0.2
-"""Skewness over root n above which few paths carry the mean: k paths of n that lie far out, all to
-one side, give 1/sqrt(k), so that this is 25 paths."""
+FEW = 10
+"""Number of paths that, where they carry a mean, are too few for its interval of 95 %."""
 SYMMETRIC = 1e-8
 """Skewness over root n below which a sample counts as symmetric: the correction is then smaller
 than rounding."""
@@ -142,15 +141,16 @@ class Moments:
             self.mean, self.mean - error * _unskewed(t, a), self.mean - error * _unskewed(-t, a)
         )
 
-    @property
-    def carried_by_few(self) -> npt.NDArray[np.bool_]:
-        """Where few paths carry the mean, so that its interval may miss it, shape (...).
+    def carried_by(self, few: int = FEW) -> npt.NDArray[np.bool_]:
+        """Where so few paths carry the mean that its interval may miss it, shape (...).
 
-        |skewness|/sqrt(n) > FEW. Far more paths may lie out than the sample shows: with 1 % of
-        failing paths and n = 100, a third of the samples have none, and no interval of the mean
-        can know of them.
+            |skewness|/sqrt(n) > 1/sqrt(few),
+
+        because k paths of n that lie far out, all to one side, give 1/sqrt(k). Far more paths may
+        lie out than the sample shows: with 1 % of failing paths and n = 100, a third of the samples
+        have none, and no interval of the mean can know of them.
         """
-        return np.abs(self._skewness) / np.sqrt(np.maximum(self.count, 1)) > FEW
+        return np.abs(self._skewness) * np.sqrt(few / np.maximum(self.count, 1)) > 1.0
 
     @property
     def _standard_error(self) -> Array:

@@ -29,6 +29,9 @@ from ftcfa.study.summary import BOUNDS, QUANTILES
 SMALLEST = 0.01
 """Smallest difference of interest, as a share of the first loop's mean: below it, two laws are the
 same to an engineer, however many paths tell them apart."""
+FEW = 25
+"""Number of paths that, where they carry a mean difference, are too few for intervals which must
+hold all together."""
 BINARY = [name for name, metric in COMPARED.items() if metric.binary]
 
 
@@ -165,7 +168,7 @@ def _statistics(rows: Array, confidence: float, smallest: float) -> xr.Dataset:
     )
     median = np.stack([_median_difference(row, rows[0], together) for row in rows])
     quantiles = np.array([[_quantiles(values) for values in row] for row in rows])
-    few = np.stack([pair.carried_by_few for pair in pairs]) & ~np.isin(list(COMPARED), BINARY)
+    few = np.stack([pair.carried_by(FEW) for pair in pairs]) & ~np.isin(list(COMPARED), BINARY)
     middle = np.nan_to_num(quantiles[0, :, QUANTILES.index(0.5)], posinf=0.0)
     counted = {name: rows[:, list(COMPARED).index(name)] for name in BINARY}
     dims = ("loop", "bound", "metric")

@@ -30,6 +30,8 @@ class TheoremPaths:
         values: V, L V, phihat and B^T B, each of shape (paths, times); NaN once a path diverged.
         z1: Tracking error |z1| = |q - q_d|, shape (paths, times) [rad].
         filter_error: |abar - alpha|, shape (paths, times) [rad/s].
+        network_input: Largest |X_i| of the network's input X = (q, v), which Lemma 1 wants in a
+            compact set, shape (paths, times) [rad and rad/s].
     """
 
     bounds: Bounds
@@ -37,6 +39,7 @@ class TheoremPaths:
     values: LyapunovValues
     z1: Array
     filter_error: Array
+    network_input: Array
 
     @property
     def needed_Gamma(self) -> Moments:
@@ -104,4 +107,5 @@ def theorem_paths(
         values=generator(loop).along(loop, run, bounds.theta, bounds.weight),
         z1=run["ote"].values,
         filter_error=np.linalg.norm(run["abar"].values - run["alpha"].values, axis=-1),
+        network_input=np.max(np.abs([run["q"].values, run["v"].values]), axis=(0, -1)),
     )
