@@ -34,10 +34,7 @@ from ftcfa.streams import PLANT_NOISE, standard_normals
 
 from .loops import FULL_VARPI, PI, Spring, gantry, masses, panda_with_gripper, shaken
 
-pytestmark = [  # no silent fall back to interpreting
-    pytest.mark.filterwarnings("ignore:the (reference|start)"),
-    pytest.mark.filterwarnings("error"),
-]
+pytestmark = pytest.mark.filterwarnings("error:running interpreted")  # no silent fall back
 
 AGREEMENT = 1e-9
 """Absolute, or relative to the largest value of the signal where that is above 1: what compiled
