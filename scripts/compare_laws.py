@@ -32,7 +32,7 @@ PATHS = {"pendulum": 10_000, "panda": 1_000}
 DURATION = {"pendulum": 10.0, "panda": 5.0}
 STILL = 1e-9
 """Rate of an adaptation that does nothing [1/s]."""
-SHOWN = ("settling_time", "late_rms_error", "torque_rate", "saturated", "failed")
+SHOWN = ("settling_time", "late_rms_error", "torque_rate", "saturated", "unsettled", "failed")
 """Metrics in the record."""
 
 

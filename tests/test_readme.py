@@ -1,8 +1,11 @@
 """The README's Python and its files, run and read as they stand; names that READMEs mention."""
 
 import re
+import runpy
 from pathlib import Path
 from pkgutil import resolve_name
+
+import pytest
 
 from ftcfa import read_table
 
@@ -27,6 +30,12 @@ def test_the_code_blocks_run_one_after_the_other(capsys, monkeypatch, tmp_path):
     assert names["floor"].shape == (4000, 3)
     assert Path("again.toml").exists()
     assert list(read_table("my_site.toml")) == ["hall"]
+
+
+@pytest.mark.parametrize("file", ["README.md", "ftcfa/README.md"])
+def test_numbers_are_those_of_the_records(file):
+    script = runpy.run_path(str(README.parent / "scripts" / "readme.py"))
+    assert script["rewritten"](file) == (README.parent / file).read_text()
 
 
 def test_every_name_in_the_guide_of_the_package_exists():

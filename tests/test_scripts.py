@@ -30,7 +30,8 @@ def test_truck_floor(tmp_path):
     assert "pendulum, 8 paths of 1 s" in text
     assert "Panda, 8 paths of 1 s" in text
     assert "…" not in text  # nothing is cut off in 80 columns
-    assert [file.name for file in tmp_path.iterdir()] == ["truck-floor.png"]
+    files = sorted(file.name for file in tmp_path.iterdir())
+    assert files == ["truck-floor.json", "truck-floor.png"]
     assert (tmp_path / "truck-floor.png").read_bytes().startswith(PNG)
 
 
@@ -54,7 +55,7 @@ def test_compare_laws(tmp_path):
         assert f"Panda on a truck's floor: {kind}" in text
     assert "…" not in text
     files = sorted(file.name for file in tmp_path.iterdir())
-    assert files == ["rivals-panda.png", "rivals-pendulum.png"]
+    assert files == ["compare-laws.json", "rivals-panda.png", "rivals-pendulum.png"]
 
 
 @pytest.mark.slow
@@ -70,13 +71,29 @@ def test_compare_laws(tmp_path):
 def test_scripts_with_a_figure(tmp_path, script, title):
     quick = [] if script == "filters.py" else ["--quick"]
     assert title in printed(script, *quick, "--out", tmp_path)
-    (figure,) = tmp_path.iterdir()
+    (figure,) = tmp_path.glob("*.png")
     assert figure.read_bytes().startswith(PNG)
 
 
 @pytest.mark.slow
-def test_ensemble_paper():
-    text = printed("ensemble_paper.py", "--quick", "--paths", "20")
+@pytest.mark.parametrize(
+    ("script", "title"),
+    [
+        ("all_arms.py", "Late rms error, 4 paths"),
+        ("coverage_table.py", "Coverage of 95 % intervals"),
+    ],
+)
+def test_scripts_with_a_table(tmp_path, script, title):
+    text = printed(script, "--quick", "--out", tmp_path)
+    assert title in text
+    assert "…" not in text
+    (record,) = tmp_path.iterdir()
+    assert json.loads(record.read_text())
+
+
+@pytest.mark.slow
+def test_ensemble_paper(tmp_path):
+    text = printed("ensemble_paper.py", "--quick", "--paths", "20", "--out", tmp_path)
     assert "20 paths of 5 s each" in text
     assert "difference, κ = 1 minus κ = 0.6, path by path" in text
 

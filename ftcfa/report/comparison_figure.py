@@ -34,12 +34,13 @@ def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
         _draw(ax, dataset["quantiles"].sel(metric=metric).values, names)
         duration = f", {dataset.attrs['duration']:g} if not settled"
         ax.set_title(label + (duration if metric == "settling_time" else ""))
-    diverged = dataset["diverged"].values
-    if diverged.any():
-        counts = ", ".join(f"{n}: {k}" for n, k in zip(names, diverged, strict=True) if k)
-        note = f"of {dataset.sizes['path']} paths; diverged, and beyond the right edge: {counts}"
-    else:
-        note = f"of {dataset.sizes['path']} paths each; none diverged"
+    paths = dataset.sizes["path"]
+    failed, diverged = paths - dataset["kept"].values, dataset["diverged"].values
+    note = f"of {paths} paths each"
+    for counts, word in ((failed, "failed"), (diverged, "diverged, beyond the right edge")):
+        listed = ", ".join(f"{n}: {k}" for n, k in zip(names, counts, strict=True) if k)
+        note += f"; {word}: {listed}" if listed else ""
+    note += "" if failed.any() else "; all kept"
     figure.supxlabel(f"median, quartiles and 5 to 95 % {note}", fontsize=8, x=0.01, ha="left")
     return figure
 

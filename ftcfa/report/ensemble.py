@@ -45,6 +45,10 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "seed": int(attributes["seed"]),
         **{name: float(attributes[name]) for name in numbers},
         "outcomes": _outcomes(dataset),
+        "without_torque": {
+            "paths": int(np.sum(dataset["without_torque"] > 0)),
+            "samples": int(np.sum(dataset["without_torque"])),
+        },
         "diagnosis": attributes["diagnosis"],
         "settling_time": _settling(dataset),
         "mean_square_error": _mean_square(dataset),
@@ -244,6 +248,10 @@ def _outcome_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
             text += f": paths {', '.join(map(str, one['first_paths']))}{more}"
         if one["count"] or word in ("kept", "diverged"):
             facts.append((label, text))
+    without = record["without_torque"]
+    if without["paths"]:
+        text = f"{without['samples']:,} samples of {without['paths']:,} paths: the law asked for "
+        facts.append(("no torque", f"{text}a torque that is not finite, and started anew"))
     if record["diagnosis"]:
         facts.append(("diagnosis", record["diagnosis"]))
     return facts

@@ -6,15 +6,23 @@ fixed beforehand; for a decision while paths come in, use `ftcfa.statistics.sequ
 """
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
-from ftcfa.checks import counting, is_integer, probability
+from ftcfa.checks import counting, probability
 from ftcfa.errors import ParameterError
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 
-def proportion(successes: int, trials: int, confidence: float = CONFIDENCE) -> Estimate:
+def proportion(successes: npt.ArrayLike, trials: int, confidence: float = CONFIDENCE) -> Estimate:
     """Share of successes with its two-sided interval.
+
+    The ends are quantiles of beta distributions, 0 without a success and 1 without a failure.
+
+    Args:
+        successes: One number of successes or many, shape (...).
+        trials: Number of trials of each.
+        confidence: Confidence of each interval.
 
     Raises:
         ParameterError: If there are no trials, more successes than trials, or the confidence is
@@ -22,11 +30,13 @@ def proportion(successes: int, trials: int, confidence: float = CONFIDENCE) -> E
     """
     counting("trials", trials)
     probability("confidence of a proportion", confidence)
-    if not (is_integer(successes) and 0 <= successes <= trials):
-        raise ParameterError("successes", repr(successes), f"an integer from 0 to {trials}")
-    test = stats.binomtest(int(successes), int(trials))
-    low, high = test.proportion_ci(confidence, method="exact")
-    return Estimate(np.array(successes / trials), np.array(low), np.array(high))
+    k, n = np.asarray(successes), trials
+    if not (np.issubdtype(k.dtype, np.integer) and np.all((k >= 0) & (k <= n))):
+        raise ParameterError("successes", repr(successes), f"an integer from 0 to {n}")
+    tail = (1 - confidence) / 2
+    low = np.where(k > 0, stats.beta.ppf(tail, np.maximum(k, 1), n - k + 1), 0.0)
+    high = np.where(k < n, stats.beta.isf(tail, k + 1, np.maximum(n - k, 1)), 1.0)
+    return Estimate(k / np.asarray(n), low, high)
 
 
 def paired_difference(more: int, less: int, pairs: int, confidence: float = CONFIDENCE) -> Estimate:
@@ -36,8 +46,9 @@ def paired_difference(more: int, less: int, pairs: int, confidence: float = CONF
 
     Both shares of differing pairs have Clopper and Pearson's interval at 1 - (1 - c)/2, and the
     ends are subtracted, so that the interval covers with probability c at least, however many pairs
-    differ: in 98.6 % of the cases or more for c = 95 % (``scripts/coverage_table.py``). Without a
-    pair that differs it is as wide as the number of pairs allows, not zero.
+    differ: in 99.8 % of the cases or more for c = 95 % and 20 to 500 pairs
+    (``scripts/coverage_table.py``). Without a pair that differs it is as wide as the number of
+    pairs allows, not zero.
 
     Args:
         more: Number of pairs in which the first path alone is a success.

@@ -24,6 +24,7 @@ VARIABLES = {
     "outcome_joint": ("", "number of the joint, -1 if there is none"),
     "saturated_before": ("1", "share of samples before, at which a torque was beyond its limit"),
     "largest_rho": ("rad/s", "largest |rho| of a joint, NaN for a law without rho"),
+    "without_torque": ("", "number of samples at which the law asked for no finite torque"),
     "limit_broken_at": ("s", "first time at which a joint was beyond a limit, NaN if never"),
 }
 """Variables of each path, with unit and meaning."""
@@ -46,12 +47,14 @@ class Events(NamedTuple):
     """Number of samples before the first one beyond a limit, shape (1,)."""
     largest_rho: Traceable
     """Largest |rho|, shape (1,) [rad/s]."""
+    without_torque: Traceable
+    """Number of samples at which the law asked for a torque that is not finite, shape (1,)."""
 
 
 def no_events(n: int) -> Events:
     """The state before the first sample, for n joints."""
     joints, one = np.zeros(n), np.zeros(1)
-    return Events(joints, joints, joints, joints, one, one, one)
+    return Events(joints, joints, joints, joints, one, one, one, one)
 
 
 def step(bounds: Bounds, state: Events, signals: Signals, number: Traceable) -> Events:
@@ -64,6 +67,7 @@ def step(bounds: Bounds, state: Events, signals: Signals, number: Traceable) -> 
     inside = np.logical_and(inside, np.abs(v) <= bounds.velocity)
     all_before = state.kept_limits > number - 1.5
     all_inside = np.logical_and(np.min(np.where(inside, 1.0, 0.0)) > 0.5, all_before)
+    finite = np.max(np.abs(signals["u_command"])) < np.inf
     rho = np.max(np.abs(signals.get("rho", 0.0 * q)))
     return Events(
         tracked=np.where(near, number, state.tracked),
@@ -73,6 +77,7 @@ def step(bounds: Bounds, state: Events, signals: Signals, number: Traceable) -> 
         saturated=saturated,
         kept_limits=np.where(all_inside, number, state.kept_limits),
         largest_rho=np.maximum(state.largest_rho, rho),
+        without_torque=state.without_torque + np.where(finite, 0.0, 1.0),
     )
 
 
@@ -101,5 +106,6 @@ def results(events: Events, samples: Array, period: float) -> dict[str, Array]:
         "outcome_joint": np.where(failed, first % n, -1).astype(np.int16),
         "saturated_before": np.where(failed, before, np.nan),
         "largest_rho": events.largest_rho[:, 0],
+        "without_torque": events.without_torque[:, 0].astype(np.int32),
         "limit_broken_at": np.where(broken, events.kept_limits * period, np.nan)[:, 0],
     }

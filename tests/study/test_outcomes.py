@@ -26,6 +26,7 @@ from ftcfa import (
     verify,
 )
 from ftcfa.loop.bounds import bounds_of
+from ftcfa.report.ensemble import _facts, ensemble_record
 from ftcfa.study.outcomes import BROKE, DIVERGED, KEPT, LOST, OUTCOMES
 
 ARM = load_arm("double_pendulum", gravity=9.8)
@@ -169,3 +170,30 @@ def test_the_command_line_says_what_became_of_the_paths(tmp_path):
     words = " ".join(run.stdout.split())
     assert "lost track 16, a share of 0.79 to 1: paths 0, 1, 2" in words
     assert "diagnosis 100 % of the paths fail; most lose track, first at joint" in words
+
+
+class Overflowing(PDGravity):
+    """PD whose command overflows at its sixth sample, and which then forgets that it ran."""
+
+    def init(self, q, v, desired):
+        return np.zeros(1)
+
+    def step(self, state, q, v, desired, period):
+        signals, _ = super().step((), q, v, desired, period)
+        huge = np.exp(np.where(state > 4.5, 1000.0, 0.0))  # infinite in double precision
+        return {"u": signals["u"] * huge}, state + 1.0
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize("engine", ["compiled", "interpreted"])
+def test_samples_without_a_finite_torque_are_counted(engine):
+    """It overflows at sample 5, waits for sample 6 to start anew, and overflows at 11, 17, ..."""
+    loop = replace(RUNAWAY, controller=Overflowing(ARM))
+    record = simulate_paths(loop, 3, 0.05, engine=engine, signals=["u_command"])
+    without = ~np.isfinite(record.u_command).all("joint").values
+    np.testing.assert_array_equal(np.flatnonzero(without[0]), np.arange(5, 51, 6))
+    assert np.all(record.u.values[without] == 0.0)
+    counted = ensemble(loop, 3, 0.05)
+    np.testing.assert_array_equal(counted.without_torque, without.sum(axis=1))
+    facts = dict(_facts(ensemble_record(counted, 3)))
+    assert facts["no torque"].startswith("24 samples of 3 paths: the law asked for a torque that")
