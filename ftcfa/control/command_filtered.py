@@ -89,8 +89,7 @@ class CommandFilteredBackstepping(Law):
         alpha = self._virtual_control(z1, desired.v)
         abar, dabar, filter_state = command_filter(self.filter).step(state.filter, alpha, period)
         z2 = v - abar
-        B = self.network.basis(q, v)
-        BB = B @ B
+        BB = self.network.basis_square(q, v)
 
         a = dabar - g.velocity_rate * z2 - network_acceleration(g, z2, theta, BB)
         force = self.known_force(self.compensation, q, v, abar)

@@ -216,7 +216,7 @@ class ProperFilter(Part):
         self, state: ProperState, alpha: Traceable, period: float
     ) -> tuple[Traceable, Traceable, ProperState]:
         """Filter one sample: the new psi1 and zeta."""
-        h, root = period, np.exp(np.log(self.L) / 3.0)
+        h, root = period, self.L ** (1.0 / 3.0)
         k1, k2, k3 = 2.0 * root, 2.12 * root**2, 1.1 * self.L
         b = state.psi1 - alpha + h * (state.psi2 + h * state.psi3)
         excess = np.maximum(np.abs(b) / h**3 - k3, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, not_negative
-from ftcfa.control.fractional import SMALLEST, sig
+from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.protocol import (
     Compensation,
@@ -18,6 +18,9 @@ from ftcfa.control.protocol import (
     Signals,
 )
 from ftcfa.parts import Parameters, number_fields
+
+SMALLEST = 1e-300
+"""Least width: a negative power of 0 is infinite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +96,6 @@ def joined_power(z: Traceable, kappa: float, width: float) -> tuple[Traceable, T
     mu = np.maximum(width, SMALLEST)
     m = np.maximum(np.abs(z), mu)
     x = np.abs(z) / m  # = |z|/mu inside, 1 outside
-    power = np.exp((kappa - 1.0) * np.log(m))
+    power = m ** (kappa - 1.0)
     beta = np.sign(z) * power * m * x * (2.0 - kappa + (kappa - 1.0) * x)
     return beta, power * (2.0 - kappa + 2.0 * (kappa - 1.0) * x)

@@ -143,8 +143,7 @@ class FTCF(Law):
         abar, _, filter_state = command_filter(self.filter).step(state.filter, alpha, period)
         z2 = v - abar
         v2 = z2 - state.s2 - rho
-        B = self.network.basis(q, v)
-        BB = B @ B
+        BB = self.network.basis_square(q, v)
 
         M = self.nominal.mass_matrix(q)
         a = commanded_acceleration(g, v2, theta, BB, rho)

@@ -1,6 +1,7 @@
 """The radial basis function network of Lemma 1, and its part in the controller."""
 
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
@@ -11,6 +12,9 @@ from ftcfa.checks import Check, counting, positive, positive_or_infinite
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
 from ftcfa.parts import Parameters, Part, number_fields
+
+APART = 1000.0
+"""Largest 4 log(c_j); e^250 leaves room for sums and products."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,31 @@ class RBFNetwork(Part):
     largest_theta: Annotated[float, Check(positive_or_infinite)] = 100.0
 
     varies: ClassVar[Parameters] = number_fields("width", "half_range")
+
+    def basis_square(self, q: Traceable, v: Traceable) -> Traceable:
+        """B^T B, with two exponentials instead of K.
+
+            B^T B = exp(e) sum_j c_j t^j,   t = exp(-4 |s| d/w^2),   s = sum of the entries of X
+            e = -2 |X - gamma|^2/w^2 at gamma = (r, ..., r) or its negative, whichever is nearer
+
+        d is the distance of neighbours on the diagonal, and c_j = exp(j (K - 1 - j) 4 n d^2/w^2)
+        belongs to the j-th centre from that end. t is at most 1, so nothing overflows. Centres so
+        far apart that c_j would, and widths that differ from path to path, take K exponentials.
+        """
+        X, r = np.concatenate([q, v]), self.half_range if self.nodes > 1 else 0.0
+        size, w2 = X.shape[0], self.width**2
+        distance = 2.0 * r / max(1, self.nodes - 1)
+        exponent = 2.0 * size * distance**2 / w2
+        if not isinstance(exponent, float) or exponent * (self.nodes - 1) ** 2 > APART:
+            B = self.basis(q, v)
+            return B @ B
+        s = np.abs(np.sum(X))
+        nearest = np.exp(-2.0 * (X @ X - 2.0 * s * r + size * r**2) / w2)
+        step = np.exp(-4.0 * s * distance / w2)
+        *others, total = _weights(self.nodes, float(exponent))
+        for weight in reversed(others):
+            total = total * step + weight
+        return nearest * total
 
     def basis(self, q: Traceable, v: Traceable) -> Traceable:
         """B(X), shape (K,)."""
@@ -66,6 +95,15 @@ def adapted(
     """
     drive = gains.lambda_ / (4.0 * gains.tau) * (v2 @ v2) ** 2 * BB
     return np.minimum(leaky_step(theta, gains.iota, drive, period), largest)
+
+
+@lru_cache
+def _weights(nodes: int, exponent: float) -> tuple[float, ...]:
+    """The c_j of `RBFNetwork.basis_square`: exp(j (K - 1 - j) exponent).
+
+    Each is correctly rounded, so that they are the same on every machine.
+    """
+    return tuple(float(Decimal(j * (nodes - 1 - j) * exponent).exp()) for j in range(nodes))
 
 
 @lru_cache

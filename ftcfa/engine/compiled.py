@@ -12,8 +12,8 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.engine.compiler.flatten import flat, split
 from ftcfa.engine.compiler.program import Program, compile_loop
+from ftcfa.engine.compiler.target import Target, host_target
 from ftcfa.engine.compiler.trace import TracedLoop, trace
-from ftcfa.engine.compiler.vector_math import Target, host_target
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.streams import first_rows

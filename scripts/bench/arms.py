@@ -24,8 +24,8 @@ from timing import Effort, Record, measured, microseconds, ratios, seconds_of
 
 from ftcfa import FTCF, BaseAcceleration, ClosedLoop, Sinusoid, Vibration, WhiteNoise, load_arm
 from ftcfa.engine.compiler.program import compile_loop
+from ftcfa.engine.compiler.target import host_target
 from ftcfa.engine.compiler.trace import trace
-from ftcfa.engine.compiler.vector_math import host_target
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
 PENDULUM = "double_pendulum"

@@ -9,7 +9,8 @@ from pathlib import Path
 from rich.console import Console
 from timing import Record
 
-from ftcfa.engine.compiler.vector_math import host_target
+from ftcfa.engine.compiler.kernels.table import KERNELS
+from ftcfa.engine.compiler.target import host_target
 
 PACKAGES = ("ftcfa", "pin", "casadi", "llvmlite", "numpy", "mujoco", "jax", "jaxlib", "diffrax")
 
@@ -28,7 +29,7 @@ def machine() -> Record:
         "cpu": _cpu_name(),
         "cores": len(os.sched_getaffinity(0)),
         "lanes": target.lanes,
-        "exp": target.vector_function("exp", 1)[0],
+        "kernels": KERNELS,
         "load_before": os.getloadavg()[0],
         "system": platform.platform(),
         "python": platform.python_version(),
@@ -41,7 +42,7 @@ def print_machine(host: Record, console: Console) -> None:
     versions = ", ".join(f"{name} {v}" for name, v in host["versions"].items() if v)
     console.print(
         f"{host['date']}  {host['cpu']}, {host['cores']} cores, {host['lanes']} lanes, "
-        f"{host['exp']}, load {host['load_before']:.1f} before\n{versions}",
+        f"kernels {host['kernels']}, load {host['load_before']:.1f} before\n{versions}",
         highlight=False,
         soft_wrap=True,
     )

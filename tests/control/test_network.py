@@ -56,3 +56,18 @@ def test_bad_numbers_of_nodes_are_refused(nodes):
 def test_bad_sizes_are_refused(name, value):
     with pytest.raises(ParameterError, match=f"RBFNetwork {name}: .*, expected a number > 0"):
         RBFNetwork(**{name: value})
+
+
+@given(
+    q=states,
+    v=states,
+    scale=st.sampled_from([1e-3, 1.0, 30.0, 2e3]),
+    network=st.sampled_from(
+        [RBFNetwork(), RBFNetwork(nodes=1), RBFNetwork(7, 1.0, 3.0), RBFNetwork(10, 0.02, 2.0)]
+    ),
+)
+def test_two_exponentials_give_the_square_of_the_basis(q, v, scale, network):
+    """To |X| = 1e4: no infinity, and never zero times infinity. The last one is too narrow."""
+    B = network.basis(scale * q, scale * v)
+    square = network.basis_square(scale * q, scale * v)
+    np.testing.assert_allclose(square, B @ B, rtol=1e-9, atol=1e-290)

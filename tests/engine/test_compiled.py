@@ -28,19 +28,17 @@ from ftcfa import (
 )
 from ftcfa.engine import compiled
 from ftcfa.engine.compiled import run_compiled
-from ftcfa.engine.compiler import vector_math
-from ftcfa.engine.compiler.vector_math import LANES, Target, host_target
+from ftcfa.engine.compiler.target import host_target
 from ftcfa.streams import PLANT_NOISE, standard_normals
 
 from .loops import FULL_VARPI, PI, Spring, gantry, masses, panda_with_gripper, shaken
+from .targets import TARGETS
 
 pytestmark = pytest.mark.filterwarnings("error:running interpreted")  # no silent fall back
 
 AGREEMENT = 1e-9
 """Absolute, or relative to the largest value of the signal where that is above 1: what compiled
 and interpreted may differ by over a second. Rounding alone gives 1e-16 to 1e-10."""
-VECTORS = 1e-11
-"""Between vectors of different widths: functions by libm or libmvec, a few ulp apart."""
 ULP = 1e-15
 SEPARATION = 100
 """By so many times may the engines be further apart than two starts that differ by ULP."""
@@ -377,26 +375,15 @@ def reference_run(loop):
     return run_compiled(loop, 101, 5, 0, paths, ["q", "v", "u", "theta"], {})
 
 
-@pytest.mark.parametrize(
-    "target",
-    [
-        *(host_target(lanes) for lanes in LANES),
-        *(host_target(lanes, libmvec=False) for lanes in (1, 8)),
-        Target(8, 2),
-        Target(4, 2, libmvec=False),
-    ],
-    ids=str,
-)
-def test_every_width_of_vectors_gives_the_same(loop, reference_run, target):
+@pytest.mark.parametrize("target", TARGETS.values(), ids=list(TARGETS))
+def test_every_target_gives_the_same_bits(loop, reference_run, target):
+    """Any number of lanes, with and without AVX-512, AVX2 and fused multiply-adds in hardware."""
     paths = np.arange(19, dtype=np.uint64)
     names = ["q", "v", "u", "theta"]
     signals, death, _ = run_compiled(loop, 101, 5, 0, paths, names, {}, target=target)
     assert np.all(np.isnan(death))
     for name in names:
-        truth = reference_run[0][name]
-        assert signals[name].shape == truth.shape
-        scale = max(1.0, np.abs(truth).max())
-        assert np.abs(signals[name] - truth).max() <= VECTORS * scale
+        np.testing.assert_array_equal(signals[name], reference_run[0][name])
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 16])
@@ -408,11 +395,6 @@ def test_lanes_of_any_width_run_paths_alike(loop, lanes):
     many = run(range(35))
     np.testing.assert_array_equal(run([33]), many[33:34])
     np.testing.assert_array_equal(run([34, 2, 17])[1:], many[[2, 17]])
-
-
-def test_a_host_without_libmvec_runs_on_libm(monkeypatch):
-    monkeypatch.setattr(vector_math, "_libmvec", lambda: None)
-    assert_engines_agree(shaken(load_arm("ur5")), 0.05)
 
 
 # Ends

@@ -9,10 +9,11 @@ from numbers import Number
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired
-from ftcfa.engine.compiler.flatten import flat, leaves, like
+from ftcfa.engine.compiler.flatten import flat, leaves, like, split
 from ftcfa.errors import TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState
 
@@ -60,22 +61,29 @@ def check_pure(loop: ClosedLoop) -> None:
 
 
 def check_agreement(
-    loop: ClosedLoop, by_code: Callable[[Sample], Iterable[tuple[str, Array]]]
+    loop: ClosedLoop,
+    by_code: Callable[[Sample], Iterable[tuple[str, Array]]],
+    constant: npt.NDArray[np.bool_],
 ) -> None:
     """Compute some samples by the loop's own Python and by its traced code.
+
+    Args:
+        loop: The loop.
+        by_code: What the code makes of a sample, by name.
+        constant: Entries of the state that the code takes for constant, shape (states,).
 
     Raises:
         TracingError: If they differ.
     """
     fault = "traced, it differs from the loop's own by"
     remedy = "hide no state, and do not test the type of a value"
-    for sample in _samples(loop):
+    for sample in _samples(loop, constant):
         for name, values in by_code(sample):
             _compare(loop, name, values, sample, AGREEMENT, fault, remedy)
 
 
-def _samples(loop: ClosedLoop) -> Iterator[Sample]:
-    """The first samples by the loop's own Python, each from a disturbed state."""
+def _samples(loop: ClosedLoop, constant: npt.NDArray[np.bool_] | None = None) -> Iterator[Sample]:
+    """The first samples by the loop's own Python, each from a state disturbed where it varies."""
     rng = np.random.default_rng(0)
     motions = loop.reference.at(np.arange(SAMPLES) * loop.period)
     process = loop.process
@@ -87,8 +95,11 @@ def _samples(loop: ClosedLoop) -> Iterator[Sample]:
         if state is None:
             state = loop.init(desired, initial)
             results[START] = flat(state)
-        moved = [x + DISTURBANCE * rng.standard_normal(np.shape(x)) for x in leaves(state)]
-        state = like(state, iter(moved))
+        moved = flat(state)
+        away = DISTURBANCE * rng.standard_normal(len(moved))
+        moved = moved + (away if constant is None else np.where(constant, 0.0, away))
+        arrays = split(moved, [np.shape(x) for x in leaves(state)])
+        state = like(state, iter(arrays))
         normals = rng.standard_normal(process.normals)
         row = process.rows[k % len(process.rows)]
         with np.errstate(all="ignore"):

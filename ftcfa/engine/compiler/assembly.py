@@ -2,11 +2,10 @@
 
 import struct
 from collections.abc import Callable, Sequence
+from typing import Any
 
-from ftcfa.engine.compiler.vector_math import Target
-from ftcfa.streams import MANTISSA_SHIFT, ONE, PARITY, ROTATIONS, ROUNDS
+from ftcfa.engine.compiler.target import Target
 
-TWO_PI = 6.283185307179586
 PURE = "nounwind willreturn memory(none)"
 """Attributes that LLVM may assume of an elementary function."""
 
@@ -24,7 +23,7 @@ class Assembly:
         self.words = f"<{self.lanes} x i64>"
         self.mask = f"<{self.lanes} x i1>"
         self._count = 0
-        self._reciprocals: dict[str, str] = {}
+        self._known: dict[Any, Any] = {}
 
     def emit(self, expression: str) -> str:
         """Append an instruction and name its value."""
@@ -38,9 +37,9 @@ class Assembly:
         self.lines.append(f"  {instruction}")
 
     def label(self, name: str) -> None:
-        """Begin a block; it need not be reached from the last one, so no reciprocal is known."""
+        """Begin a block; it need not be reached from the last one, so nothing is known of it."""
         self.lines.append(f"{name}:")
-        self._reciprocals.clear()
+        self._known.clear()
 
     def splat(self, scalar_type: str, literal: str) -> str:
         """A constant in every lane."""
@@ -83,8 +82,62 @@ class Assembly:
             self.store(value, base, i)
 
     def arithmetic(self, operation: str, x: str, y: str) -> str:
-        """An arithmetic operation; LLVM may fuse a product with a sum."""
-        return self.emit(f"{operation} contract {self.vector} {x}, {y}")
+        """An arithmetic operation, rounded once; nothing is fused that does not say so."""
+        return self.emit(f"{operation} {self.vector} {x}, {y}")
+
+    def add(self, x: str, y: str) -> str:
+        """Sum x + y."""
+        return self.arithmetic("fadd", x, y)
+
+    def sub(self, x: str, y: str) -> str:
+        """Difference x - y."""
+        return self.arithmetic("fsub", x, y)
+
+    def mul(self, x: str, y: str) -> str:
+        """Product x y."""
+        return self.arithmetic("fmul", x, y)
+
+    def div(self, x: str, y: str) -> str:
+        """Quotient x/y."""
+        return self.arithmetic("fdiv", x, y)
+
+    def negative(self, x: str) -> str:
+        """-x."""
+        return self.emit(f"fneg {self.vector} {x}")
+
+    def fma(self, x: str, y: str, z: str) -> str:
+        """Product and sum x y + z, rounded once."""
+        return self.intrinsic("fma", x, y, z)
+
+    def integer(self, operation: str, x: str, y: str) -> str:
+        """An operation on words."""
+        return self.emit(f"{operation} {self.words} {x}, {y}")
+
+    def bits(self, x: str) -> str:
+        """The bits of doubles, as words."""
+        return self.emit(f"bitcast {self.vector} {x} to {self.words}")
+
+    def number(self, word: str) -> str:
+        """The doubles of some bits."""
+        return self.emit(f"bitcast {self.words} {word} to {self.vector}")
+
+    def both(self, a: str, b: str) -> str:
+        """Mask of the lanes in which two masks are set."""
+        return self.emit(f"and {self.mask} {a}, {b}")
+
+    def either(self, a: str, b: str) -> str:
+        """Mask of the lanes in which one of two masks is set."""
+        return self.emit(f"or {self.mask} {a}, {b}")
+
+    def invert(self, mask: str) -> str:
+        """Mask of the other lanes."""
+        return self.emit(f"xor {self.mask} {mask}, {self.splat('i1', 'true')}")
+
+    def once(self, key: Any, compute: Callable[[], Any]) -> Any:
+        """What a function computes, computed once in a block for each key."""
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
 
     def reciprocal(self, x: str) -> str:
         """1/x, computed once for each x: division is slow, and the same divisors recur.
@@ -92,9 +145,7 @@ class Assembly:
         A quotient x (1/y) is within two ulp of x/y unless 1/y is not a normal number, which is
         where |y| is below 1e-308 or above 1e307.
         """
-        if x not in self._reciprocals:
-            self._reciprocals[x] = self.arithmetic("fdiv", self.constant(1.0), x)
-        return self._reciprocals[x]
+        return self.once(("reciprocal", x), lambda: self.div(self.constant(1.0), x))
 
     def compare(self, predicate: str, x: str, y: str) -> str:
         """Mask of the lanes in which a comparison holds."""
@@ -118,23 +169,9 @@ class Assembly:
         values = ", ".join(f"{self.vector} {x}" for x in arguments)
         return self.emit(f"call {self.vector} {symbol}({values})")
 
-    def elementary(self, name: str, *arguments: str) -> str:
-        """An elementary function, on whole vectors where the machine has it for them."""
-        symbol, width = self.target.vector_function(name, len(arguments))
+    def exact(self, symbol: str, *arguments: str) -> str:
+        """A function of the C library whose result is exact, and so the same everywhere."""
         self.symbols.add(symbol)
-        if width == 1:
-            return self._lane_by_lane(symbol, arguments)
-        kind = f"<{width} x double>"
-        signature = ", ".join([kind] * len(arguments))
-        self.declarations.add(f"declare {kind} @{symbol}({signature}) {PURE}")
-        parts = []
-        for start in range(0, self.lanes, width):
-            pieces = [self._piece(x, start, width) for x in arguments]
-            values = ", ".join(f"{kind} {piece}" for piece in pieces)
-            parts.append(self.emit(f"call {kind} @{symbol}({values})"))
-        return self._joined(parts, width)
-
-    def _lane_by_lane(self, symbol: str, arguments: Sequence[str]) -> str:
         signature = ", ".join(["double"] * len(arguments))
         self.declarations.add(f"declare double @{symbol}({signature}) {PURE}")
         result = "poison"
@@ -145,74 +182,6 @@ class Assembly:
             result = self.emit(f"insertelement {self.vector} {result}, double {call}, i64 {lane}")
         return result
 
-    def _piece(self, x: str, start: int, width: int) -> str:
-        if width == self.lanes:
-            return x
-        lanes = ", ".join(f"i32 {lane}" for lane in range(start, start + width))
-        order = f"<{width} x i32> <{lanes}>"
-        return self.emit(f"shufflevector {self.vector} {x}, {self.vector} poison, {order}")
-
-    def _joined(self, parts: list[str], width: int) -> str:
-        while len(parts) > 1:
-            lanes = ", ".join(f"i32 {lane}" for lane in range(2 * width))
-            kind, order = f"<{width} x double>", f"<{2 * width} x i32> <{lanes}>"
-            parts = [
-                self.emit(f"shufflevector {kind} {a}, {kind} {b}, {order}")
-                for a, b in zip(parts[::2], parts[1::2], strict=True)
-            ]
-            width *= 2
-        return parts[0]
-
 
 Entries = Callable[[int], str]
 """Function from the place of an entry in an input to its value; it may append a load."""
-
-
-def normals(asm: Assembly, seed: str, paths: str, step: str, stream: int, count: int) -> list[str]:
-    """Append the normal deviates of one step, those of `ftcfa.streams.standard_normals`.
-
-    Args:
-        asm: Code to append to.
-        seed: Vector of words, the seed.
-        paths: Vector of words, the number of each lane's path.
-        step: Vector of words, the number of the step.
-        stream: Number of the stream, such as `ftcfa.streams.PLANT_NOISE`.
-        count: Number of deviates.
-    """
-    deviates: list[str] = []
-    for pair in range((count + 1) // 2):
-        a, b = _threefry(asm, step, asm.word((stream << 32) + pair), seed, paths)
-        u = asm.arithmetic("fsub", asm.constant(2.0), _in_one_two(asm, a))
-        w = asm.arithmetic("fsub", _in_one_two(asm, b), asm.constant(1.0))
-        angle = asm.arithmetic("fmul", asm.constant(TWO_PI), w)
-        log = asm.elementary("log", u)
-        radius = asm.intrinsic("sqrt", asm.arithmetic("fmul", asm.constant(-2.0), log))
-        for function in ("cos", "sin"):
-            deviates.append(asm.arithmetic("fmul", radius, asm.elementary(function, angle)))
-    return deviates[:count]
-
-
-def _threefry(asm: Assembly, x: str, y: str, key0: str, key1: str) -> tuple[str, str]:
-    def word(operation: str, a: str, b: str) -> str:
-        return asm.emit(f"{operation} {asm.words} {a}, {b}")
-
-    rotate = f"@llvm.fshl.v{asm.lanes}i64"
-    asm.declarations.add(f"declare {asm.words} {rotate}({asm.words}, {asm.words}, {asm.words})")
-    keys = (key0, key1, word("xor", word("xor", asm.word(PARITY), key0), key1))
-    x, y = word("add", x, keys[0]), word("add", y, keys[1])
-    for r in range(ROUNDS):
-        x = word("add", x, y)
-        bits = asm.word(ROTATIONS[r % 8])
-        values = f"{asm.words} {y}, {asm.words} {y}, {asm.words} {bits}"
-        y = word("xor", asm.emit(f"call {asm.words} {rotate}({values})"), x)
-        if r % 4 == 3:
-            injection = r // 4 + 1
-            x = word("add", x, keys[injection % 3])
-            y = word("add", y, word("add", keys[(injection + 1) % 3], asm.word(injection)))
-    return x, y
-
-
-def _in_one_two(asm: Assembly, word: str) -> str:
-    mantissa = asm.emit(f"lshr {asm.words} {word}, {asm.word(MANTISSA_SHIFT)}")
-    bits = asm.emit(f"or {asm.words} {mantissa}, {asm.word(ONE)}")
-    return asm.emit(f"bitcast {asm.words} {bits} to {asm.vector}")

@@ -12,10 +12,11 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import llvmlite.binding as llvm
 
-from ftcfa.engine.compiler.assembly import Assembly, Entries, normals
+from ftcfa.engine.compiler.assembly import Assembly, Entries
+from ftcfa.engine.compiler.normals import normals
 from ftcfa.engine.compiler.tape import lower
+from ftcfa.engine.compiler.target import Target
 from ftcfa.engine.compiler.trace import TracedLoop
-from ftcfa.engine.compiler.vector_math import Target, bind
 from ftcfa.loop.closed_loop import HALF
 from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
@@ -23,6 +24,7 @@ CACHED_PROGRAMS = 64
 OPTIMISATION = {"init": 0, "run": 2}
 """Levels of LLVM's code generator: ``init`` runs once a path, ``run`` at every tick."""
 
+_C_LIBRARY = ctypes.CDLL(None)
 _P, _I = ctypes.c_void_p, ctypes.c_int64
 _INIT = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I)
 _RUN = ctypes.CFUNCTYPE(None, _P, _P, _P, _P, _I, _P, _I, _P, _I, _I, _I, _P, _I, _P)
@@ -78,11 +80,11 @@ def compile_loop(traced: TracedLoop, target: Target) -> Program:
 def _compiled(traced: TracedLoop, target: Target) -> Program:
     parts = {"init": _init(traced, target), "run": _run(traced, target)}
     texts = {name: _module(name, asm) for name, asm in parts.items()}
-    key = sha256("".join(texts.values()).encode()).hexdigest()
+    key = sha256("".join([*texts.values(), repr(target)]).encode()).hexdigest()
     with _lock:
         if key not in _cache:
             engines = {
-                name: _machine_code(texts[name], asm.symbols, OPTIMISATION[name])
+                name: _machine_code(texts[name], asm.symbols, target, OPTIMISATION[name])
                 for name, asm in parts.items()
             }
             _cache[key] = Program(
@@ -99,14 +101,16 @@ def _compiled(traced: TracedLoop, target: Target) -> Program:
         return _cache[key]
 
 
-def _machine_code(text: str, symbols: set[str], level: int = 2) -> llvm.ExecutionEngine:
-    """Machine code of a module's text, for this machine."""
+def _machine_code(
+    text: str, symbols: set[str], target: Target, level: int = 2
+) -> llvm.ExecutionEngine:
+    """Machine code of a module's text; ``symbols`` are the functions of the C library in it."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     for symbol in symbols:
-        bind(symbol)
+        llvm.add_symbol(symbol, ctypes.cast(getattr(_C_LIBRARY, symbol), ctypes.c_void_p).value)
     machine = llvm.Target.from_default_triple().create_target_machine(
-        llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(), opt=level, jit=True
+        target.cpu, target.features, opt=level, jit=True
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()

@@ -10,11 +10,13 @@ from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
+import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler import agreement
 from ftcfa.engine.compiler.agreement import AGAIN, MEMORY, MOTION, START, Sample
+from ftcfa.engine.compiler.constant_states import constant_entries, known_values
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
@@ -41,6 +43,8 @@ class TracedLoop:
         signals: Name and shape of each recorded signal.
         observer: State of the observer, the last entries of the loop's; () if there is none.
         substeps: Integration steps a sample.
+        constant: Whether each entry of the loop's state stays what `init` makes of it, such as the
+            paper's s2: the code holds its value and does not read it, shape (states,).
         preparations: Name of each varied parameter, and the function that turns its values, shape
             (paths, ...), into inputs of the code, shape (paths, ...).
     """
@@ -52,6 +56,7 @@ class TracedLoop:
     signals: tuple[tuple[str, tuple[int, ...]], ...]
     observer: Any
     substeps: int
+    constant: npt.NDArray[np.bool_]
     preparations: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
 
     @property
@@ -171,7 +176,7 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
         if code.further is not None:
             yield MOTION, _numbers(code.further(motion, u, *noise, parameters))
 
-    agreement.check_agreement(loop, by_code)
+    agreement.check_agreement(loop, by_code, code.constant)
 
 
 def _numbers(column: ca.DM) -> Array:
@@ -196,7 +201,6 @@ def _trace(
     after = after._replace(motion=motion)
     _check_sizes(loop, template, after)
     results = leaves(after), [signals[name] for name in shapes], [signals["u"]], [bounded(state)]
-    first = _function("first", [leaves(state), desired, *noise, inputs], results)
     further = None
     if loop.substeps > 1:
         u = symbols("u", n)
@@ -208,8 +212,21 @@ def _trace(
     init = _function("init", [desired, [initial], inputs], [start])
     again = leaves(loop.controller.init(state.q, state.v, desired))
     renewed = _function("renewed", [leaves(state.motion), desired, inputs], [again])
-    signals_of = tuple(shapes.items())
-    return TracedLoop(init, first, further, renewed, signals_of, template.observer, loop.substeps)
+    renewal = _flat([*leaves(state.motion), *again, *leaves(state[2:])])
+    constant = constant_entries(_flat(leaves(state)), _flat(start), _flat(results[0]), renewal)
+    columns = [_flat(arrays) for arrays in results]
+    columns = ca.substitute(columns, *known_values(_flat(leaves(state)), _flat(start), constant))
+    first = _function("first", [leaves(state), desired, *noise, inputs], columns)
+    return TracedLoop(
+        init=init,
+        first=first,
+        further=further,
+        renewed=renewed,
+        signals=tuple(shapes.items()),
+        observer=template.observer,
+        substeps=loop.substeps,
+        constant=constant,
+    )
 
 
 def _symbol_like(leaf: Array) -> Traceable:
@@ -217,9 +234,10 @@ def _symbol_like(leaf: Array) -> Traceable:
     return symbols("x", *(shape or (1,))).reshape(shape)
 
 
-def _function(name: str, inputs: Iterable[Arrays], outputs: Iterable[Arrays]) -> ca.Function:
-    """Function of columns, each of which holds all entries of some arrays."""
-    return ca.Function(name, list(map(_flat, inputs)), list(map(_flat, outputs)), {"cse": True})
+def _function(name: str, inputs: Iterable[Arrays], outputs: Iterable[Any]) -> ca.Function:
+    """Function of columns, each of which holds all entries of some arrays or is one already."""
+    columns = [x if isinstance(x, ca.SX) else _flat(x) for x in outputs]
+    return ca.Function(name, list(map(_flat, inputs)), columns, {"cse": True})
 
 
 def _flat(arrays: Arrays) -> ca.SX:

@@ -1,0 +1,1 @@
+"""Elementary functions as straight-line code: the same bits on every machine, without a libm."""
