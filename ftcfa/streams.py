@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
+from ftcfa.portable import log, sin_cos
 
 Words = npt.NDArray[np.uint64]
 
@@ -77,8 +78,9 @@ def _normals(seed: int, path: int | Words, stream: int, step: Words, channels: i
     a, b = threefry2x64((step, pair), (seed, path))
     u = 2.0 - _in_one_two(a)
     angle = 2.0 * np.pi * (_in_one_two(b) - 1.0)
-    radius = np.sqrt(-2.0 * np.log(u))
-    normals = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    radius = np.sqrt(-2.0 * log(u))
+    sine, cosine = sin_cos(angle)
+    normals = np.stack([radius * cosine, radius * sine], axis=-1)
     return normals.reshape(len(step), 2 * pairs)[:, :channels]
 
 

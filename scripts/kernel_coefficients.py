@@ -6,7 +6,7 @@ Every function is a polynomial on a short interval, after a reduction that
 `ftcfa.engine.compiler.kernels` describes. The polynomials minimise the largest relative error
 (Remez, Sur le calcul effectif des polynomes d'approximation de Tchebychef, C. R. Acad. Sci. 199,
 1934), here in 60 digits by mpmath, and are rounded to doubles. The script writes
-ftcfa/engine/compiler/kernels/coefficients.py; with --check it says whether that file is up to date.
+ftcfa/coefficients.py; with --check it says whether that file is up to date.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import mpmath as mp
 
-FILE = Path(__file__).parents[1] / "ftcfa/engine/compiler/kernels/coefficients.py"
+FILE = Path(__file__).parents[1] / "ftcfa/coefficients.py"
 mp.mp.dps = 60
 GRID = 40
 """Points between two nodes among which an extremum of the error is sought."""

@@ -13,8 +13,9 @@ PACKAGE = Path(ftcfa.__file__).parent
 
 LAYERS = (
     {"errors"},
-    {"arrays", "files"},
-    {"checks", "streams"},
+    {"arrays", "files", "coefficients"},
+    {"checks", "portable"},
+    {"streams"},
     {"parts"},
     {"model", "statistics"},  # beside each other: neither knows the other
     {"vibration", "control"},

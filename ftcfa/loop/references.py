@@ -14,6 +14,7 @@ from ftcfa.checks import Check, numbers
 from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
+from ftcfa.portable import sin_cos
 from ftcfa.vibration.columns import read_csv
 
 Posture: TypeAlias = npt.ArrayLike | Literal["home"]
@@ -120,9 +121,9 @@ class Sinusoid(Part):
     def at(self, t: Array) -> Desired:
         """See `Reference.at`."""
         A, w = np.asarray(self.amplitude), np.asarray(self.angular_frequency)
-        angle = np.outer(t, w) + self.phase
-        q = np.asarray(self.offset) + A * np.sin(angle)
-        return Desired(q, A * w * np.cos(angle), -A * w**2 * np.sin(angle))
+        sine, cosine = sin_cos(np.outer(t, w) + np.asarray(self.phase, dtype=float))
+        q = np.asarray(self.offset) + A * sine
+        return Desired(q, A * w * cosine, -A * (w * w) * sine)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +165,9 @@ class MinimumJerk(_Tabulated):
         s = np.clip((t - times[i])[:, None] / span, 0.0, 1.0)
         move = points[i + 1] - points[i]
         return Desired(
-            points[i] + move * s**3 * (10.0 - 15.0 * s + 6.0 * s**2),
-            move / span * 30.0 * s**2 * (1.0 - s) ** 2,
-            move / span**2 * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
+            points[i] + move * (s * s * s) * (10.0 - 15.0 * s + 6.0 * (s * s)),
+            move / span * 30.0 * (s * s) * ((1.0 - s) * (1.0 - s)),
+            move / (span * span) * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
         )
 
 

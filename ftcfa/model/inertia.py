@@ -11,6 +11,7 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.checks import is_number
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.portable import exp, exp_symmetric, product, root
 
 UNPHYSICAL = 1e-9
 """Negative eigenvalues of a pseudo-inertia are rounding errors up to this share of its largest
@@ -26,7 +27,7 @@ def changed_pseudo_inertia(J: Array, factor: Array, displacement: Array, strain:
         s T J T^T,   T = [[F, c + d - F c], [0, 1]],   F = exp(strain)
 
     The computation uses a root of the second moments about the centre of mass c, so that rounding
-    cannot make the result indefinite.
+    cannot make the result indefinite, and arithmetic that is the same on every machine.
 
     Args:
         J: Pseudo-inertias, shape (..., 4, 4) [kg m^2, kg m, kg].
@@ -39,13 +40,11 @@ def changed_pseudo_inertia(J: Array, factor: Array, displacement: Array, strain:
     """
     m = J[..., 3, 3]
     c = J[..., :3, 3] / np.where(m > 0, m, 1.0)[..., None]
-    moments, axes = np.linalg.eigh(J[..., :3, :3] - m[..., None, None] * _square(c))
-    root = axes * np.sqrt(np.maximum(moments, 0.0))[..., None, :]
-    logarithms, axes = np.linalg.eigh(strain)
-    F = (axes * np.exp(logarithms)[..., None, :]) @ np.swapaxes(axes, -1, -2)
-    root, c = F @ root, c + displacement
+    moments = root(J[..., :3, :3] - m[..., None, None] * _square(c))
+    deformed, c = product(exp_symmetric(strain), moments), c + displacement
     changed = np.empty((*c.shape[:-1], 4, 4))
-    changed[..., :3, :3] = root @ np.swapaxes(root, -1, -2) + m[..., None, None] * _square(c)
+    second = product(deformed, np.swapaxes(deformed, -1, -2))
+    changed[..., :3, :3] = second + m[..., None, None] * _square(c)
     changed[..., :3, 3] = changed[..., 3, :3] = m[..., None] * c
     changed[..., 3, 3] = m
     return np.where((m > 0)[..., None, None], factor[..., None, None] * changed, J)
@@ -67,7 +66,7 @@ def perturbed_inertias(
     strain = shape * normals[..., 4:].reshape(*bodies, 3, 3)
     J = changed_pseudo_inertia(
         pseudo_inertia(parameters),
-        np.exp(mass * normals[..., 0]),
+        exp(mass * normals[..., 0]),
         centre * normals[..., 1:4],
         (strain + np.swapaxes(strain, -1, -2)) / 2,
     )

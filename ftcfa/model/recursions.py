@@ -15,6 +15,7 @@ from ftcfa.arrays import Array
 from ftcfa.model.arm import Arm
 from ftcfa.model.pinocchio_model import KinematicTree
 from ftcfa.model.rigid_body import ENTRIES, Body, JointFrame, bodies_of
+from ftcfa.portable import product, sin_cos
 
 ZERO = ca.SX(3, 1)
 """No gravity, or a base that does not turn."""
@@ -134,15 +135,20 @@ def _placements(
     """Placement of every joint's turned frame; a joint that does not move has the value g0."""
     placements: list[Placement] = []
     for i, p in enumerate(tree.parents):
-        R, r = tree.rotations[i] @ turns[i], tree.translations[i]
+        R, r = product(tree.rotations[i], turns[i]), tree.translations[i]
         if p >= 0:
             p, R, r = _carried((p, R, r), moving, turns, placements)
         if i not in moving and tree.prismatic[i]:
             r = r + R[:, 2] * g0[i]
         elif i not in moving:
-            R = R @ _about_z(g0[i])
+            R = product(R, _about_z(g0[i]))
         placements.append((p, _clean(R), r))
     return placements
+
+
+def _turned(R: Array, r: Array) -> Array:
+    """A vector in other axes."""
+    return product(R, r[:, None])[:, 0]
 
 
 def _carried(
@@ -150,11 +156,11 @@ def _carried(
 ) -> Placement:
     """Placement of a frame that the tree places in any joint's frame, which is not yet turned."""
     p, R, r = frame
-    R, r = turns[p].T @ R, turns[p].T @ r
+    R, r = product(turns[p].T, R), _turned(turns[p].T, r)
     if p in moving:
         return p, R, r
     carrier, R0, r0 = placements[p]
-    return carrier, R0 @ R, r0 + R0 @ r
+    return carrier, product(R0, R), r0 + _turned(R0, r)
 
 
 def _regrouping(
@@ -191,13 +197,13 @@ def _turn_to_z(axis: Array) -> Array:
     """Rotation A with A z = axis; a permutation of the axes where one suffices."""
     farthest = np.eye(3)[np.argmin(np.abs(axis))]
     x = np.cross(farthest, axis)
-    x /= np.linalg.norm(x)
+    x /= np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
     return _clean(np.column_stack([x, np.cross(axis, x), axis]))
 
 
 def _about_z(angle: float) -> Array:
     """Rz(angle), shape (3, 3)."""
-    c, s = np.cos(angle), np.sin(angle)
+    s, c = sin_cos(np.asarray(angle))
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 

@@ -20,6 +20,7 @@ from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import Body, bodies_of
 from ftcfa.model.symbols import SymbolArray, array, column
 from ftcfa.parts import Parameter, Parameters, number_fields
+from ftcfa.portable import product
 
 AGREEMENT = 1e-9
 """Largest difference from Pinocchio that is accepted, relative to the largest entry."""
@@ -47,14 +48,14 @@ class TracedArm(AbstractArm):
         """The twin of an Arm, unchecked."""
         names = (*(field.name for field in fields(AbstractArm)), "gravity", "inertial_weights")
         chain = Chain(arm)
-        bodies = chain.regrouping @ arm.inertias.ravel()
+        bodies = product(chain.regrouping, arm.inertias.reshape(-1, 1))[:, 0]
         return cls(**{name: getattr(arm, name) for name in names}, chain=chain, bodies=bodies)
 
     def regrouped(self, inertias: Array) -> Array:
         """Regrouped inertial parameters, shape (paths, moving ENTRIES), of those of an Arm."""
         regrouping = self.chain.regrouping
         rows = inertias.reshape(len(inertias), regrouping.shape[1])
-        return np.einsum("pj,ij->pi", rows, regrouping)
+        return product(regrouping, rows.T).T
 
     def with_bodies(self, bodies: Traceable) -> "TracedArm":
         """The same arm with other regrouped inertial parameters, numbers or symbols."""

@@ -20,6 +20,7 @@ from ftcfa.model.inertia import (
 )
 from ftcfa.model.pinocchio_model import BodyFrame, KinematicTree
 from ftcfa.parts import Part
+from ftcfa.portable import exp, product
 from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
@@ -178,7 +179,8 @@ class Uncertainty(Part):
         if self.payload is not None:
             low, high = self.payload
             joint, rotation, translation = self._carrier(arm)
-            x = np.append(translation + rotation @ self.payload_offset, 1.0)
+            offset = product(rotation, np.reshape(self.payload_offset, (3, 1)))[:, 0]
+            x = np.append(translation + offset, 1.0)
             load = low + (high - low) * ndtr(normals[:, 0])
             J[:, joint] += load[:, None, None] * np.outer(x, x)
         drawn = {"inertias": inertial_parameters(J)}
@@ -189,7 +191,7 @@ class Uncertainty(Part):
         return drawn
 
     def _factor(self, spread: float, n: Array) -> Array:
-        return np.exp(spread * n) if self.distribution == "log-normal" else 1.0 + spread * n
+        return exp(spread * n) if self.distribution == "log-normal" else 1.0 + spread * n
 
 
 def _friction_of(arm: Arm) -> dict[str, Array]:

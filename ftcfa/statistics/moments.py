@@ -9,6 +9,7 @@ from scipy import stats
 from ftcfa.arrays import Array
 from ftcfa.checks import probability
 from ftcfa.errors import ShapeError
+from ftcfa.portable import cube_root
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 Counts = npt.NDArray[np.integer]
@@ -159,7 +160,7 @@ class Moments:
     @property
     def _skewness(self) -> Array:
         spread = self.M2 / np.maximum(self.count, 1)
-        scale = np.where(spread > 0, spread**1.5, 1.0)
+        scale = np.where(spread > 0, spread * np.sqrt(spread), 1.0)
         return np.where(spread > 0, self.M3 / np.maximum(self.count, 1) / scale, 0.0)
 
     def _t(self, confidence: float) -> Array:
@@ -192,4 +193,4 @@ def _unskewed(t: Array, a: Array) -> Array:
     """Hall's g(t), which tends to t as a vanishes."""
     symmetric = np.abs(a) < SYMMETRIC
     safe = np.where(symmetric, 1.0, a)
-    return np.where(symmetric, t, (np.cbrt(1 + safe * (t - safe / 6)) - 1) * 3 / safe)
+    return np.where(symmetric, t, (cube_root(1 + safe * (t - safe / 6)) - 1) * 3 / safe)

@@ -82,7 +82,8 @@ def _slices(loop: ClosedLoop, plan: Plan, signals: Signals) -> Iterator[tuple[in
     for start in range(0, len(q_d), width):
         times = slice(start, start + width)
         error = q[:, times] - q_d[times]
-        ote = np.sqrt(np.einsum("ptj,ptj->pt", error, error))
+        squares = error * error
+        ote = np.sqrt(sum(squares[:, :, j] for j in range(loop.arm.n)))
         yield start * entries, np.concatenate([ote[:, :, None], error, u[:, times]], axis=2)
 
 

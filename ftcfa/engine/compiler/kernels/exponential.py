@@ -6,6 +6,7 @@
 fused multiply-adds, the first of them without rounding.
 """
 
+from ftcfa.coefficients import EXPM1, LN2, LOG2_E
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import (
     absolute,
@@ -16,7 +17,6 @@ from ftcfa.engine.compiler.kernels.bits import (
     scaled,
     with_sign,
 )
-from ftcfa.engine.compiler.kernels.coefficients import EXPM1, LN2, LOG2_E
 
 LEAST, MOST = -746.0, 711.0
 """Below, e^x is 0 in double precision; above, it is infinite."""

@@ -4,9 +4,9 @@ atan(y/x) = pi/4 + atan((y - x)/(y + x)) or pi/2 + atan(-x/y) where y/x is large
 asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)) for x > 1/2
 """
 
+from ftcfa.coefficients import ASIN, ATAN, ERF, ERFC, HALF_PI, QUARTER_PI
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import INFINITY, absolute, polynomial, with_sign
-from ftcfa.engine.compiler.kernels.coefficients import ASIN, ATAN, ERF, ERFC, HALF_PI, QUARTER_PI
 from ftcfa.engine.compiler.kernels.exponential import exp
 
 TAN_PI_8, TAN_3PI_8 = 0.41421356237309503, 2.414213562373095

@@ -7,6 +7,7 @@
 without the table.)
 """
 
+from ftcfa.coefficients import LN2, LOG
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import (
     INFINITY,
@@ -17,7 +18,6 @@ from ftcfa.engine.compiler.kernels.bits import (
     polynomial,
     with_sign,
 )
-from ftcfa.engine.compiler.kernels.coefficients import LN2, LOG
 
 ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
 """Bits of sqrt(1/2)."""

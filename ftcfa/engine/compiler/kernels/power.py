@@ -8,6 +8,7 @@ As exp(a log y) in single parts, the error would grow to hundreds of units in th
 
 from collections.abc import Callable
 
+from ftcfa.coefficients import EXP2, INVERSE_LN2, LOG_LONG, TWO_OVER_LN2
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import (
     INFINITY,
@@ -21,7 +22,6 @@ from ftcfa.engine.compiler.kernels.bits import (
     scaled,
     with_sign,
 )
-from ftcfa.engine.compiler.kernels.coefficients import EXP2, INVERSE_LN2, LOG_LONG, TWO_OVER_LN2
 from ftcfa.engine.compiler.kernels.logarithm import log_tail, normal, split
 
 Logarithm = tuple[str, str]

@@ -7,9 +7,9 @@ n pi/2 is subtracted in three parts with fused multiply-adds, the first of them 
 NaN, as for infinity.
 """
 
+from ftcfa.coefficients import COS, HALF_PI, SIN, TWO_OVER_PI
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import NAN, SIGN, absolute, nearest_integer, polynomial
-from ftcfa.engine.compiler.kernels.coefficients import COS, HALF_PI, SIN, TWO_OVER_PI
 
 RANGE = 2.0**45
 """Largest |x| of which the functions are computed."""
