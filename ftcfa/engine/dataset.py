@@ -11,6 +11,7 @@ import xarray as xr
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Quantity
 from ftcfa.description.write import provenance
+from ftcfa.engine.compiler.kernels.table import KERNELS
 from ftcfa.engine.paths import Paths
 from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
 
@@ -40,7 +41,11 @@ def trajectories(
             "joint": ("joint", list(loop.arm.joint_names)),
             "joint_type": ("joint", list(loop.arm.joint_types)),
         },
-        attrs={"ftcfa_version": version("ftcfa"), "experiment": json.dumps(provenance(loop))},
+        attrs={
+            "ftcfa_version": version("ftcfa"),
+            "kernels": KERNELS,
+            "experiment": json.dumps(provenance(loop)),
+        },
     )
 
     def inner(name: str, shape: tuple[int, ...]) -> list[str]:

@@ -57,6 +57,7 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
             row for name in METRICS if name != "settling_time" for row in _rows(dataset, name)
         ],
         "versions": {**versions("numpy", "scipy", "xarray"), "ftcfa": attributes["ftcfa_version"]},
+        "kernels": int(attributes["kernels"]),
         "units": {
             **dict.fromkeys(("duration", "after", "settling_time"), "s"),
             **dict.fromkeys(("tolerance", "error"), dataset["late_rms_error"].attrs["units"]),

@@ -17,6 +17,7 @@ from ftcfa.errors import FtcfaError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.study.chunk import run_chunk
 from ftcfa.study.plan import Plan
+from ftcfa.study.probe import probe
 
 AHEAD = 3
 """Number of chunks that wait or run for each thread of the cluster."""
@@ -39,12 +40,14 @@ def run_on_cluster(
 
     Raises:
         ParameterError: If the loop has a user's own part, which cannot be described.
-        FtcfaError: If a worker has another version of ftcfa or none, or the cluster breaks down.
+        FtcfaError: If a worker has another version of ftcfa or none, or computes other bits, or
+            the cluster breaks down.
     """
     from distributed import as_completed
 
     loop_text = json.dumps(document(loop))
-    _check_workers(client)
+    _check_versions(client)
+    _check_bits(client, loop, loop_text, plan)
     queue, numbers, pending = iter(chunks), dict[Any, int](), as_completed(loop=client.loop)
 
     def submit() -> None:
@@ -68,7 +71,7 @@ def run_on_cluster(
             client.cancel(list(numbers))
 
 
-def _check_workers(client: Any) -> None:
+def _check_versions(client: Any) -> None:
     """Raise FtcfaError unless every worker has the same version of ftcfa."""
 
     # nested, so that it is pickled by value: a worker may lack ftcfa
@@ -86,6 +89,21 @@ def _check_workers(client: Any) -> None:
             got = "no ftcfa" if other is None else f"ftcfa {other}"
             remedy = "install the same version for every worker"
             raise FtcfaError(f"worker {worker}", got, f"ftcfa {own} as here", remedy)
+
+
+def _check_bits(client: Any, loop: ClosedLoop, loop_text: str, plan: Plan) -> None:
+    """Raise FtcfaError unless every worker computes the same bits as this process."""
+    own = probe(plan.observed(loop), plan.seed)
+    for worker, other in client.run(_probe_on_worker, loop_text, plan).items():
+        if other != own:
+            got = f"other last bits than here: probe {other}"
+            remedy = "take workers alike: a fitted filter or a record differs in the last places"
+            raise FtcfaError(f"worker {worker}", got, f"probe {own}", remedy)
+
+
+def _probe_on_worker(loop_text: str, plan: Plan) -> str:
+    """The probe of a loop on a worker."""
+    return probe(_loop_of_thread(loop_text, plan), plan.seed)
 
 
 @contextmanager

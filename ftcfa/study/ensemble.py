@@ -15,6 +15,7 @@ import xarray as xr
 
 from ftcfa.checks import counting, probability, vector
 from ftcfa.description.write import provenance
+from ftcfa.engine.compiler.kernels.table import KERNELS
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
@@ -27,6 +28,7 @@ from ftcfa.study.cluster import run_on_cluster
 from ftcfa.study.metrics.table import METRICS
 from ftcfa.study.outcomes import VARIABLES
 from ftcfa.study.plan import Plan
+from ftcfa.study.probe import probe
 from ftcfa.study.progress import Interrupted, Progress
 from ftcfa.study.store import Store
 from ftcfa.study.summary import QUANTILES, summarise
@@ -80,7 +82,8 @@ def ensemble(
             this process. The loop travels as its description; a chunk whose worker is lost is run
             by another one.
         store: A folder for the chunks. The same call, or one with more paths, goes on from what it
-            holds. One process writes to it at a time. A damaged chunk is run again, with a warning.
+            holds, on any machine that computes the same bits. One process writes to it at a time. A
+            damaged chunk is run again, with a warning.
         progress: Called with the number of paths that are done and the number of all.
 
     Returns:
@@ -90,7 +93,7 @@ def ensemble(
         ParameterError, ShapeError, UnknownNameError: If an argument is out of range, or the store
             holds another experiment.
         FtcfaError: If the store cannot be written or another process writes to it, the cluster
-            breaks down, or its workers have another version of ftcfa.
+            breaks down, or its workers have another version of ftcfa or compute other bits.
         Interrupted: At Ctrl-C between chunks. Its ``partial`` is the Dataset of the chunks that are
             done, or None if no chunk is.
     """
@@ -137,6 +140,8 @@ def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
         "plan": asdict(plan),
         "metrics": [*METRICS, *VARIABLES],
         "ftcfa_version": version("ftcfa"),
+        "kernels": KERNELS,
+        "probe": probe(plan.observed(loop), plan.seed),
     }
 
 

@@ -35,6 +35,8 @@ CHUNKS, RESULT, GROUP = "chunks", "result", ".zgroup"
 UNFINISHED = ".part"
 HEX = 32 * "[0-9a-f]"
 CHECKSUM = "checksum"
+OF_MACHINE = ("kernels", "probe")
+"""What differs where the same experiment comes out with other last bits."""
 ZARR_FORMAT: Final = 2
 """Version of the format; version 3 has no stable type for texts, such as joint names."""
 
@@ -85,8 +87,14 @@ class Store:
                 str(self.path), "no store of an ensemble", "a new folder, or one that ensemble made"
             ) from error
         if stored != identity:
-            differ = differences(json.loads(str(stored)), json.loads(identity)) if stored else "all"
-            raise self.other_experiment(f"they differ in {differ}")
+            theirs, ours = json.loads(str(stored or "{}")), json.loads(identity)
+            if differ := differences(_described(theirs), _described(ours)):
+                raise self.other_experiment(f"they differ in {differ}")
+            bits = differences(theirs, ours)
+            got = f"a store whose paths come out with other bits (another {bits})"
+            expected = "the store of this experiment, on a machine with the same bits"
+            remedy = "a part of your own has other numbers, or go on where the store was begun"
+            raise ParameterError(str(self.path), got, expected, remedy)
 
     def other_experiment(self, reason: str) -> ParameterError:
         """The error to raise where the store holds another experiment."""
@@ -170,6 +178,11 @@ class Store:
 
 def _is_empty(folder: Path) -> bool:
     return folder.is_dir() and next(folder.iterdir(), None) is None
+
+
+def _described(identity: dict[str, Any]) -> dict[str, Any]:
+    """What identifies an experiment on any machine."""
+    return {name: value for name, value in identity.items() if name not in OF_MACHINE}
 
 
 def _root(place: Path, identity: str) -> None:

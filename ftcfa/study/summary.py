@@ -14,6 +14,7 @@ from ftcfa.arrays import Array
 from ftcfa.control.protocol import Quantity
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import provenance
+from ftcfa.engine.compiler.kernels.table import KERNELS
 from ftcfa.engine.dataset import attributes
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
@@ -93,6 +94,7 @@ def summarise(
         },
         attrs={
             "ftcfa_version": version("ftcfa"),
+            "kernels": KERNELS,
             "experiment": json.dumps(provenance(loop)),
             "duration": plan.duration,
             "seed": plan.seed,

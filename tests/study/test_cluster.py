@@ -124,6 +124,19 @@ def test_workers_with_another_ftcfa_are_refused(cluster, tmp_path, disguise, fou
         first.close()
 
 
+def test_workers_that_compute_other_bits_are_refused(cluster, tmp_path):
+    preload = tmp_path / "disguise.py"
+    preload.write_text("import ftcfa.study.probe\nftcfa.study.probe.SAMPLES = 31\n")
+    cluster.worker("--preload", str(preload))
+    client, first = cluster.connect(1)
+    try:
+        with pytest.raises(FtcfaError, match=r"worker tcp://.*: other last bits than here: probe "):
+            run(pendulum(), client=client)
+    finally:
+        client.close()
+        first.close()
+
+
 def test_a_cluster_that_breaks_down_is_one_sentence(cluster, tmp_path):
     cluster.worker()
     client, first = cluster.connect(1)

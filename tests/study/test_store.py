@@ -19,8 +19,10 @@ import xarray as xr
 from small_loops import DURATION, oscillators, pendulum, read_all, uncertain_pendulum
 
 from ftcfa import Sinusoid, ensemble, simulate
+from ftcfa.engine import compiled
 from ftcfa.errors import FtcfaError, ParameterError
 from ftcfa.study.store import Store
+from tests.engine.targets import TARGETS
 
 PATHS, CHUNK = 250, 100
 SMALL = 1 << 20
@@ -235,12 +237,22 @@ def test_a_store_of_another_experiment_is_refused(finished, store, change, optio
 
 
 def test_a_part_of_a_users_own_with_other_numbers_is_another_experiment(tmp_path):
-    """No description tells its gains, so the first path is run again."""
+    """No description tells its gains; the first samples of the first paths do."""
     first, other = (oscillators(1, k, 1.0) for k in (100.0, 101.0))
     run(first, store=tmp_path / "store")
-    with pytest.raises(ParameterError, match=r"another experiment \(path 0 comes out with another"):
+    with pytest.raises(ParameterError, match=r"paths come out with other bits \(another probe\)"):
         run(other, store=tmp_path / "store")
     run(oscillators(1, 100.0, 1.0), store=tmp_path / "store")
+
+
+def test_a_store_goes_on_at_other_vectors_to_the_same_bits(tmp_path, monkeypatch):
+    """Begun with 8 lanes, gone on with 4 and no fused multiply-add in hardware, ended with 1."""
+    loop, targets = uncertain_pendulum(), ("8 lanes", "no fused multiply-add", "1 lanes")
+    for k, name in enumerate(targets, start=1):
+        monkeypatch.setattr(compiled, "host_target", lambda name=name: TARGETS[name])
+        result = ensemble(loop, 20 * k, 0.1, chunk=20, store=tmp_path / "store")
+    monkeypatch.undo()
+    xr.testing.assert_identical(result, ensemble(loop, 60, 0.1, chunk=20))
 
 
 def truncate(path):
