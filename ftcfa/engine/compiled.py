@@ -118,9 +118,16 @@ class _Work:
         self.observed[b] = state[program.states - self.observed.shape[1] :]
 
 
+def usable_cores() -> int:
+    """Number of processors that this process may use; of all, where the system does not tell."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
     """Run all blocks on threads; an interrupt stops them within one call of their code."""
-    threads = len(os.sched_getaffinity(0)) if threads is None else threads
+    threads = usable_cores() if threads is None else threads
     stop, queue = Event(), iter(range(blocks))
 
     def serve() -> None:
@@ -129,6 +136,9 @@ def _run_blocks(work: _Work, blocks: int, threads: int | None) -> None:
                 return
             work.block(b, stop)
 
+    if min(threads, blocks) <= 1:
+        serve()
+        return
     with ThreadPoolExecutor(max_workers=threads) as pool:
         try:
             pending = {pool.submit(serve) for _ in range(min(threads, blocks))}

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,39 +36,41 @@ def trajectories(
             coordinates.
     """
     numbers = paths if np.any(paths >= 2**63) else paths.astype(np.int64)  # as usual, if all fit
-    dataset = xr.Dataset(
-        coords={
-            "path": ("path", numbers, {"long_name": "number of the path"}),
-            "time": ("time", time, {"units": "s"}),
-            "joint": ("joint", list(loop.arm.joint_names)),
-            "joint_type": ("joint", list(loop.arm.joint_types)),
-        },
-        attrs={
-            "ftcfa_version": version("ftcfa"),
-            "kernels": KERNELS,
-            "experiment": json.dumps(provenance(loop)),
-        },
-    )
 
     def inner(name: str, shape: tuple[int, ...]) -> list[str]:
         return ["joint"] if shape == (loop.arm.n,) else [f"{name}_{i}" for i in range(len(shape))]
 
+    coordinates: dict[str, Any] = {
+        "path": ("path", numbers, {"long_name": "number of the path"}),
+        "time": ("time", time, {"units": "s"}),
+        "joint": ("joint", list(loop.arm.joint_names)),
+        "joint_type": ("joint", list(loop.arm.joint_types)),
+    }
     for name, values in varied.items():
-        dataset = dataset.assign_coords({name: (("path", *inner(name, values.shape[1:])), values)})
+        coordinates[name] = (("path", *inner(name, values.shape[1:])), values)
     q_d = loop.reference.at(time).q
-    dataset["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
+    labels = attributes(loop, *LOOP_QUANTITIES["q_d"], True)
+    variables: dict[str, Any] = {"q_d": (("time", "joint"), q_d, labels)}
     quantities = loop.quantities
     for name, values in run.signals.items():
         dims = inner(name, values.shape[2:])
         quantity = quantities.get(name, Quantity("", name))
         labels = attributes(loop, *quantity, "joint" in dims)
-        dataset[name] = (("path", "time", *dims), values, labels)
+        variables[name] = (("path", "time", *dims), values, labels)
     squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
-    labels = {"units": dataset["q"].units, "long_name": "overall tracking error |q - q_d|"}
-    dataset["ote"] = (("path", "time"), np.sqrt(squares), labels)
+    unit = variables["q"][2]["units"]
+    labels = {"units": unit, "long_name": "overall tracking error |q - q_d|"}
+    variables["ote"] = (("path", "time"), np.sqrt(squares), labels)
     labels = {"units": "s", "long_name": "time of divergence, NaN for a path that did not diverge"}
-    dataset["diverged_at"] = (("path",), run.diverged_at, labels)
-    return dataset
+    variables["diverged_at"] = (("path",), run.diverged_at, labels)
+    attrs = {**versions(), "experiment": json.dumps(provenance(loop))}
+    return xr.Dataset(variables, coordinates, attrs)
+
+
+@cache
+def versions() -> dict[str, Any]:
+    """What the numbers depend on beside their loop, for the attributes of a Dataset."""
+    return {"ftcfa_version": version("ftcfa"), "kernels": KERNELS}
 
 
 def attributes(loop: ClosedLoop, unit: str, meaning: str, per_joint: bool) -> dict[str, str]:

@@ -6,7 +6,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import asdict
 from functools import partial
-from importlib.metadata import version
 from typing import Any, Self
 
 import numpy as np
@@ -15,7 +14,7 @@ import xarray as xr
 
 from ftcfa.checks import counting, probability, vector
 from ftcfa.description.write import provenance
-from ftcfa.engine.compiler.kernels.table import KERNELS
+from ftcfa.engine.dataset import versions
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
@@ -139,8 +138,7 @@ def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:
         "loop": provenance(loop),
         "plan": asdict(plan),
         "metrics": [*METRICS, *VARIABLES],
-        "ftcfa_version": version("ftcfa"),
-        "kernels": KERNELS,
+        **versions(),
         "probe": probe(plan.observed(loop), plan.seed),
     }
 

@@ -19,7 +19,6 @@ import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from glob import escape
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Self
 from uuid import uuid4
@@ -29,6 +28,7 @@ import xarray as xr
 import zarr
 
 from ftcfa.description.write import differences
+from ftcfa.engine.dataset import versions
 from ftcfa.errors import FtcfaError, ParameterError
 
 CHUNKS, RESULT, GROUP = "chunks", "result", ".zgroup"
@@ -186,7 +186,7 @@ def _described(identity: dict[str, Any]) -> dict[str, Any]:
 
 
 def _root(place: Path, identity: str) -> None:
-    attributes = {"identity": identity, "ftcfa_version": version("ftcfa")}
+    attributes = {"identity": identity, **versions()}
     group = zarr.create_group(place, zarr_format=ZARR_FORMAT, attributes=attributes)
     group.create_group(CHUNKS)
 

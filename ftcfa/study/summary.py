@@ -3,7 +3,6 @@
 import json
 import warnings
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,7 @@ from ftcfa.arrays import Array
 from ftcfa.control.protocol import Quantity
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import provenance
-from ftcfa.engine.compiler.kernels.table import KERNELS
-from ftcfa.engine.dataset import attributes
+from ftcfa.engine.dataset import attributes, versions
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
 from ftcfa.errors import ExperimentError, ParameterError
@@ -93,8 +91,7 @@ def summarise(
             "bound": list(BOUNDS),
         },
         attrs={
-            "ftcfa_version": version("ftcfa"),
-            "kernels": KERNELS,
+            **versions(),
             "experiment": json.dumps(provenance(loop)),
             "duration": plan.duration,
             "seed": plan.seed,

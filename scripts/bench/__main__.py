@@ -29,6 +29,8 @@ from rich.console import Console
 from tables import show_targets
 from timing import Effort, Record
 
+from ftcfa.engine.compiled import usable_cores
+
 QUESTIONS = {"arms": arms, "pendulum": pendulum, "paths": paths, "ensemble": ensemble}
 
 
@@ -46,7 +48,7 @@ def main() -> None:
         "--json", metavar="FILE", help="file for all numbers; - for standard output alone"
     )
     options = parser.parse_args()
-    threads = options.threads or len(os.sched_getaffinity(0))
+    threads = options.threads or usable_cores()
     if threads < 1:
         parser.error("--threads: at least 1")
     for name in options.questions:

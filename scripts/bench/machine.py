@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from timing import Record
 
+from ftcfa.engine.compiled import usable_cores
 from ftcfa.engine.compiler.kernels.table import KERNELS
 from ftcfa.engine.compiler.target import host_target
 
@@ -27,7 +28,7 @@ def machine() -> Record:
     return {
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "cpu": _cpu_name(),
-        "cores": len(os.sched_getaffinity(0)),
+        "cores": usable_cores(),
         "lanes": target.lanes,
         "kernels": KERNELS,
         "load_before": os.getloadavg()[0],

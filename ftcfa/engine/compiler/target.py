@@ -1,6 +1,7 @@
 """Vectors of the machine that the code is generated for."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import llvmlite.binding as llvm
 
@@ -30,6 +31,7 @@ class Target:
             raise ParameterError("lanes", repr(self.lanes), f"one of {LANES}")
 
 
+@cache
 def host_target(lanes: int = USUAL_LANES) -> Target:
     """The target of this machine."""
     features = llvm.get_host_cpu_features().flatten()
