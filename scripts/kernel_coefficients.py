@@ -79,7 +79,7 @@ APPROXIMATIONS = {
         "2^r = 1 + r p(r), |r| <= 1/2",
         series(lambda r: (mp.mpf(2) ** r - 1) / r, mp.log(2)),
         series(lambda r: mp.mpf(2) ** r / abs(r), mp.mpf(10) ** 12),
-        -mp.mpf(1) / 2, mp.mpf(1) / 2, 12,
+        -mp.mpf(1) / 2, mp.mpf(1) / 2, 11,
     ),
     "LOG": Approximation(
         "log((1 + s)/(1 - s)) = 2 s + s z p(z), z = s^2, sqrt(1/2) <= quotient <= sqrt(2)",
@@ -88,10 +88,12 @@ APPROXIMATIONS = {
         mp.mpf(0), S_MAX**2, 7,
     ),
     "LOG_LONG": Approximation(
-        "the same, for the logarithm in two parts",
-        of_root(lambda s: (mp.log((1 + s) / (1 - s)) - 2 * s) / s**3, mp.mpf(2) / 3),
-        of_root(lambda s: mp.log((1 + s) / (1 - s)) / s**3, mp.mpf(10) ** 12),
-        mp.mpf(0), S_MAX**2, 9,
+        "the same = 2 s + 2/3 s z + s z^2 p(z), for the logarithm in two parts",
+        of_root(
+            lambda s: (mp.log((1 + s) / (1 - s)) - 2 * s - 2 * s**3 / 3) / s**5, mp.mpf(2) / 5
+        ),
+        of_root(lambda s: mp.log((1 + s) / (1 - s)) / s**5, mp.mpf(10) ** 12),
+        mp.mpf(0), S_MAX**2, 8,
     ),
     "SIN": Approximation(
         "sin(r) = r + r z p(z), z = r^2, |r| <= pi/4",
@@ -206,6 +208,7 @@ def text() -> str:
     constants = {
         "LN2": ("ln(2), its top 53 bits and the next", parts(mp.log(2), 2)),
         "LOG2_E": ("1/ln(2)", parts(1 / mp.log(2), 1)),
+        "TWO_THIRDS": ("2/3, its top 53 bits and the next", parts(mp.mpf(2) / 3, 2)),
         "TWO_OVER_LN2": ("2/ln(2), its top 53 bits and the next", parts(2 / mp.log(2), 2)),
         "INVERSE_LN2": ("1/ln(2), its top 53 bits and the next", parts(1 / mp.log(2), 2)),
         "HALF_PI": ("pi/2, three times 53 bits", parts(mp.pi / 2, 3)),

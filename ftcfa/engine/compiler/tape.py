@@ -45,7 +45,11 @@ def lower(asm: Assembly, function: ca.Function, inputs: Sequence[Entries]) -> li
 
 
 class _Value:
-    """The value of a register: a number, a mask, or a product that is not multiplied out."""
+    """The value of a register: a number, a mask, or what is not computed before it is used.
+
+    That is a product, which a sum may fuse; and a number where a condition holds, zero elsewhere,
+    of which a sum makes one choice between two.
+    """
 
     def __init__(
         self,
@@ -55,9 +59,12 @@ class _Value:
         factors: tuple[str, str] | None = None,
         constant: float | None = None,
         nonnegative: bool = False,
+        chosen: "tuple[_Value, _Value] | None" = None,
+        opposite: "_Value | None" = None,
     ) -> None:
         self.asm, self._number, self._mask = asm, number, mask
         self.factors, self.constant, self.nonnegative = factors, constant, nonnegative
+        self.chosen, self.opposite = chosen, opposite
 
     @property
     def number(self) -> str:
@@ -65,6 +72,10 @@ class _Value:
         if not self._number:
             if self.factors:
                 self._number = self.asm.mul(*self.factors)
+            elif self.chosen:
+                condition, value = self.chosen
+                zero = self.asm.constant(0.0)
+                self._number = self.asm.select(condition.mask, value.number, zero)
             else:
                 one, zero = self.asm.constant(1.0), self.asm.constant(0.0)
                 self._number = self.asm.select(self._mask, one, zero)
@@ -100,13 +111,14 @@ def _fusible(function: ca.Function) -> set[int]:
 
 def _computed(asm: Assembly, operation: int, sources: list[_Value], fused: bool) -> _Value:
     """The value of an operation on registers."""
+    if operation == ca.OP_NOT:
+        return _Value(asm, mask=asm.invert(sources[0].mask), opposite=sources[0])
     if operation in _LOGIC:
         return _Value(asm, mask=_LOGIC[operation](asm, *(x.mask for x in sources)))
     if operation in _COMPARISONS:
         return _Value(asm, mask=_COMPARISONS[operation](asm, *(x.number for x in sources)))
     if operation == ca.OP_IF_ELSE_ZERO:
-        zero = asm.constant(0.0)
-        return _Value(asm, asm.select(sources[0].mask, sources[1].number, zero))
+        return _Value(asm, chosen=(sources[0], sources[1]))
     if operation in _PRODUCTS:
         factors = _PRODUCTS[operation](asm, *(x.number for x in sources))
         return _Value(asm, factors=factors) if fused else _Value(asm, asm.mul(*factors))
@@ -128,6 +140,8 @@ def _power(asm: Assembly, x: _Value, a: _Value) -> _Value:
 
 def _sum(asm: Assembly, x: _Value, y: _Value, *, subtract: bool) -> str:
     """The sum x + y or difference x - y, fused with a product; of two products with the first."""
+    if x.chosen and y.chosen and not subtract and y.chosen[0].opposite is x.chosen[0]:
+        return asm.select(x.chosen[0].mask, x.chosen[1].number, y.chosen[1].number)
     if x.factors:
         return asm.fma(*x.factors, asm.negative(y.number) if subtract else y.number)
     if y.factors:
@@ -156,7 +170,6 @@ def _sign(asm: Assembly, x: str) -> str:
 Numeric = Callable[..., str]
 
 _LOGIC: dict[int, Numeric] = {
-    ca.OP_NOT: lambda asm, x: asm.invert(x),
     ca.OP_AND: lambda asm, x, y: asm.both(x, y),
     ca.OP_OR: lambda asm, x, y: asm.either(x, y),
 }

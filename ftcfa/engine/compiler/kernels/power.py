@@ -8,7 +8,7 @@ As exp(a log y) in single parts, the error would grow to hundreds of units in th
 
 from collections.abc import Callable
 
-from ftcfa.coefficients import EXP2, INVERSE_LN2, LOG_LONG, TWO_OVER_LN2
+from ftcfa.coefficients import EXP2, INVERSE_LN2, LOG_LONG, TWO_OVER_LN2, TWO_THIRDS
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import (
     INFINITY,
@@ -157,15 +157,15 @@ def _log2(asm: Assembly, m: str) -> Logarithm:
 
 
 def _log2_precise(asm: Assembly, m: str) -> Logarithm:
-    """log2(m) in two parts, to 2^-66: z p(z) = z c0 + z^2 q(z) has two parts too."""
+    """log2(m) in two parts, to 2^-66: 2/3 z + z^2 p(z) has two parts too."""
     s, s_low = _quotient(asm, m)
     z = asm.mul(s, s)
     z_low = asm.fma(asm.add(s, s), s_low, asm.fma(s, s, asm.negative(z)))
-    first, *others = LOG_LONG
-    lead = asm.mul(z, asm.constant(first))
-    lead_low = asm.fma(z, asm.constant(first), asm.negative(lead))
-    lead_low = asm.fma(z_low, asm.constant(first), lead_low)
-    tail = asm.fma(asm.mul(z, z), polynomial(asm, others, z), lead_low)
+    first = asm.constant(TWO_THIRDS[0])
+    lead = asm.mul(z, first)
+    lead_low = asm.fma(z_low, first, asm.fma(z, first, asm.negative(lead)))
+    lead_low = asm.fma(z, asm.constant(TWO_THIRDS[1]), lead_low)
+    tail = asm.fma(asm.mul(z, z), polynomial(asm, LOG_LONG, z), lead_low)
     two = asm.add(asm.constant(2.0), lead)
     two_low = asm.add(asm.add(asm.sub(asm.constant(2.0), two), lead), tail)
     t = asm.mul(s, two)
@@ -174,4 +174,6 @@ def _log2_precise(asm: Assembly, m: str) -> Logarithm:
     high = asm.mul(t, asm.constant(INVERSE_LN2[0]))
     low = asm.fma(t, asm.constant(INVERSE_LN2[0]), asm.negative(high))
     low = asm.fma(t_low, asm.constant(INVERSE_LN2[0]), low)
-    return high, asm.fma(t, asm.constant(INVERSE_LN2[1]), low)
+    low = asm.fma(t, asm.constant(INVERSE_LN2[1]), low)
+    total = asm.add(high, low)
+    return total, asm.add(asm.sub(high, total), low)

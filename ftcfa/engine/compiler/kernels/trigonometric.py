@@ -7,6 +7,8 @@ n pi/2 is subtracted in three parts with fused multiply-adds, the first of them 
 NaN, as for infinity.
 """
 
+from typing import cast
+
 from ftcfa.coefficients import COS, HALF_PI, SIN, TWO_OVER_PI
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import NAN, SIGN, absolute, nearest_integer, polynomial
@@ -19,16 +21,14 @@ def sin(asm: Assembly, x: str) -> str:
     """The sine; that of -0 is -0."""
     n, s, c = _sin_cos(asm, x)
     sign = asm.integer("xor", _sign(asm, n), asm.integer("and", asm.bits(x), asm.word(SIGN)))
-    value = asm.number(asm.integer("xor", asm.bits(asm.select(_odd(asm, n), c, s)), sign))
-    return _within_range(asm, x, value)
+    return _signed(asm, asm.select(_odd(asm, n), c, s), sign)
 
 
 def cos(asm: Assembly, x: str) -> str:
     """The cosine, as the sine of x + pi/2."""
     n, s, c = _sin_cos(asm, x)
     sign = _sign(asm, asm.integer("add", n, asm.word(1)))
-    value = asm.number(asm.integer("xor", asm.bits(asm.select(_odd(asm, n), s, c)), sign))
-    return _within_range(asm, x, value)
+    return _signed(asm, asm.select(_odd(asm, n), s, c), sign)
 
 
 def tan(asm: Assembly, x: str) -> str:
@@ -36,19 +36,18 @@ def tan(asm: Assembly, x: str) -> str:
     n, s, c = _sin_cos(asm, x)
     odd = _odd(asm, n)
     value = asm.div(asm.select(odd, c, s), asm.select(odd, asm.negative(s), c))
-    sign = asm.integer("and", asm.bits(x), asm.word(SIGN))
-    return _within_range(asm, x, asm.number(asm.integer("xor", asm.bits(value), sign)))
+    return _signed(asm, value, asm.integer("and", asm.bits(x), asm.word(SIGN)))
 
 
 def _sin_cos(asm: Assembly, x: str) -> tuple[str, str, str]:
     """The word n, sin(r) and cos(r), computed once for each x."""
-    return asm.once(("sin_cos", x), lambda: _reduced(asm, x))
+    return cast(tuple[str, str, str], asm.once(("sin_cos", x), lambda: _reduced(asm, x)))
 
 
 def _reduced(asm: Assembly, x: str) -> tuple[str, str, str]:
     size = absolute(asm, x)
     k, n = nearest_integer(asm, size, TWO_OVER_PI)
-    r = size
+    r = asm.select(asm.compare("ogt", size, asm.constant(RANGE)), asm.constant(NAN), size)
     for part in HALF_PI:
         r = asm.fma(k, asm.constant(-part), r)
     z = asm.mul(r, r)
@@ -70,6 +69,6 @@ def _sign(asm: Assembly, n: str) -> str:
     return asm.integer("and", asm.integer("shl", n, asm.word(62)), asm.word(SIGN))
 
 
-def _within_range(asm: Assembly, x: str, value: str) -> str:
-    beyond = asm.compare("ogt", absolute(asm, x), asm.constant(RANGE))
-    return asm.select(beyond, asm.constant(NAN), value)
+def _signed(asm: Assembly, value: str, sign: str) -> str:
+    """A value with its sign changed where a word has the sign bit."""
+    return asm.number(asm.integer("xor", asm.bits(value), sign))
