@@ -23,7 +23,7 @@ SCRIPTS = Path(__file__).parent
 FIGURES, ROOT = SCRIPTS / "figures", SCRIPTS.parent
 RUN = (
     "compare_laws", "basin", "all_arms", "truck_floor", "ensemble_paper", "generator",
-    "rival_singularity", "filters", "coverage_table",
+    "rival_singularity", "filters", "coverage_table", "kernel_accuracy",
 )  # fmt: skip
 """The scripts, each with its option --out."""
 LAWS = {
@@ -288,6 +288,16 @@ def coverage() -> str:
     return table(heads, rows)
 
 
+def accuracy() -> str:
+    """Errors of the elementary functions."""
+    found = record("kernel-accuracy")
+    errors = ", ".join(f"{name} {error:.2f}" for name, error in found["ulp"].items())
+    return (
+        f"Largest error in units in the last place, over {found['numbers']:,} numbers of each kind "
+        f"(kernels {found['kernels']}, `scripts/kernel_accuracy.py`): {errors}."
+    )
+
+
 def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
     """The columns of a table of rows."""
     return list(next(iter(rows.values())))
@@ -295,7 +305,7 @@ def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
 
 SECTIONS = {"README.md": (
     reproduction, truck, ensembles, rivals, ablations, singularity, theorem, generator, basin, arms,
-), "ftcfa/README.md": (coverage,)}  # fmt: skip
+), "ftcfa/README.md": (coverage, accuracy)}  # fmt: skip
 """The functions that write a section of a file, each under its name."""
 
 

@@ -27,7 +27,7 @@ from ftcfa.control.finite_time_backstepping import FiniteTimeBackstepping
 from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Controller
-from ftcfa.errors import UnknownNameError
+from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.model.dynamics import Dynamics
 
 LAWS: tuple[type[Any], ...] = tuple(
@@ -75,7 +75,13 @@ PRINTED = 'as printed: anti_saturation = "paper", theta without a bound'
 
 
 def printed(law: FTCF) -> FTCF:
-    """The law with (9) and (11) as the paper prints them: neither theta nor rho is bounded."""
+    """The law with (9) and (11) as the paper prints them: neither theta nor rho is bounded.
+
+    Raises:
+        ParameterError: If it is not the paper's law.
+    """
+    if not isinstance(law, FTCF):
+        raise ParameterError("printed", f"a {type(law).__name__}", "an FTCF(arm)")
     network = replace(law.network, largest_theta=math.inf)
     return replace(law, anti_saturation="paper", network=network)
 

@@ -39,10 +39,13 @@ def diagnosis(loop: ClosedLoop, dataset: xr.Dataset) -> str:
         return f"{share}, from {time:.3g} s on in the median: {hint}"
     joint = int(np.bincount(joints).argmax())
     name = loop.arm.joint_names[joint]
-    before = float(np.nanmedian(dataset["saturated_before"].values[these]))
+    shares = dataset["saturated_before"].values[these]
+    before = float(np.median(shares[np.isfinite(shares)])) if np.isfinite(shares).any() else 0.0
     where = f"{share}, first at joint '{name}', from {time:.3g} s on in the median"
     saturated = f"a torque was beyond its limit in {100 * before:.0f} % of the time before"
-    return f"{where}; {saturated}: {_advice(loop, dataset, joint, before)}"
+    if time > 0.0:
+        where = f"{where}; {saturated}"
+    return f"{where}: {_advice(loop, dataset, joint, before)}"
 
 
 def _past(kind: int) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ftcfa.checks import counting, probability, vector
+from ftcfa.checks import counting, positive_numbers, probability, vector
 from ftcfa.description.write import provenance
 from ftcfa.engine.dataset import versions
 from ftcfa.engine.run import check_memory, path_numbers, samples_of
@@ -105,7 +105,7 @@ def ensemble(
         remedy = "leave threads out: the workers of the cluster have their own"
         raise ParameterError("threads", "given together with client", "one of them", remedy)
     whole = path_numbers(trajectories)
-    beyond = None if lost is None else tuple(vector("lost", lost, loop.arm.n).tolist())
+    beyond = None if lost is None else _positive_for_joints(lost, loop.arm.n)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after, beyond)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
@@ -130,6 +130,13 @@ def ensemble(
     if interrupted:
         raise Interrupted("ensemble", dataset)
     return dataset
+
+
+def _positive_for_joints(lost: npt.ArrayLike, n: int) -> tuple[float, ...]:
+    """The error beyond which each of n joints has lost track, checked."""
+    errors = vector("lost", lost, n)
+    positive_numbers("lost", errors, "rad or m")
+    return tuple(errors.tolist())
 
 
 def _identity(loop: ClosedLoop, plan: Plan) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from ftcfa import (
     ClosedLoop,
     Constant,
     PaperPendulum,
+    ParameterError,
     PDGravity,
     Sinusoid,
     Specification,
@@ -197,3 +198,21 @@ def test_samples_without_a_finite_torque_are_counted(engine):
     np.testing.assert_array_equal(counted.without_torque, without.sum(axis=1))
     facts = dict(_facts(ensemble_record(counted, 3)))
     assert facts["no torque"].startswith("24 samples of 3 paths: the law asked for a torque that")
+
+
+@pytest.mark.parametrize("lost", [-1.0, 0.0, [1.0, -1.0]])
+def test_an_error_at_which_track_is_lost_is_positive(lost):
+    with pytest.raises(ParameterError, match=r"lost: .*, expected numbers > 0"):
+        ensemble(RUNAWAY, 2, 0.1, lost=lost)
+
+
+def test_a_start_beyond_the_limits_fails_from_the_first_sample():
+    loop = replace(RUNAWAY, arm=replace(ARM, upper=np.array([0.5, np.inf])), controller=FTCF(ARM))
+    with pytest.warns(UserWarning, match="the start q0 is 1 rad at joint 'shoulder' at 0 s"):
+        result = ensemble(loop, 4, 0.01)
+    assert "first at joint 'shoulder', from 0 s on in the median: try" in result.diagnosis
+
+
+def test_only_the_papers_law_has_a_printed_form():
+    with pytest.raises(ParameterError, match=r"printed: a PDGravity, expected an FTCF\(arm\)"):
+        printed(PDGravity(ARM))

@@ -84,7 +84,7 @@ def _compiled(traced: TracedLoop, target: Target) -> Program:
     with _lock:
         if key not in _cache:
             engines = {
-                name: _machine_code(texts[name], asm.symbols, target, OPTIMISATION[name])
+                name: machine_code(texts[name], asm.symbols, target, OPTIMISATION[name])
                 for name, asm in parts.items()
             }
             _cache[key] = Program(
@@ -101,7 +101,7 @@ def _compiled(traced: TracedLoop, target: Target) -> Program:
         return _cache[key]
 
 
-def _machine_code(
+def machine_code(
     text: str, symbols: set[str], target: Target, level: int = 2
 ) -> llvm.ExecutionEngine:
     """Machine code of a module's text; ``symbols`` are the functions of the C library in it."""

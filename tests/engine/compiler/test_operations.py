@@ -15,7 +15,7 @@ from ftcfa import ParameterError, TracingError
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.trigonometric import RANGE
 from ftcfa.engine.compiler.normals import normals
-from ftcfa.engine.compiler.program import _machine_code
+from ftcfa.engine.compiler.program import machine_code
 from ftcfa.engine.compiler.tape import lower
 from ftcfa.engine.compiler.target import host_target
 from ftcfa.model.symbols import SymbolArray, array, column, symbols
@@ -96,7 +96,7 @@ def machine(asm, inputs, outputs=1):
     """Code that reads %x and writes %y as a function on arrays, a lane each."""
     body = "\n".join([*asm.lines, "  ret void", "}"])
     head = "\n".join([*sorted(asm.declarations), "define void @f(ptr %x, ptr %y) {"])
-    engine = _machine_code(f"{head}\n{body}", asm.symbols, asm.target)
+    engine = machine_code(f"{head}\n{body}", asm.symbols, asm.target)
     call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(
         engine.get_function_address("f")
     )

@@ -337,13 +337,13 @@ def test_a_bug_in_a_law_is_the_users_error():
 @pytest.fixture
 def compilations(monkeypatch):
     """Counts what is compiled."""
-    texts, truly = [], program._machine_code
+    texts, truly = [], program.machine_code
 
     def counted(text, *rest):
         texts.extend([text] * ("@run(" in text))
         return truly(text, *rest)
 
-    monkeypatch.setattr(program, "_machine_code", counted)
+    monkeypatch.setattr(program, "machine_code", counted)
     monkeypatch.setattr(program, "_cache", type(program._cache)())
     return texts
 
