@@ -18,6 +18,8 @@ from ftcfa.errors import TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState
 
 SAMPLES = 3
+AGAIN_SAMPLES = 1
+"""Samples on which code that was proved before is compared again."""
 AGREEMENT = 1e-6
 """Largest difference that is accepted, relative to the largest entry: room for rounding."""
 NEGLIGIBLE = 1e-6
@@ -64,6 +66,7 @@ def check_agreement(
     loop: ClosedLoop,
     by_code: Callable[[Sample], Iterable[tuple[str, Array]]],
     constant: npt.NDArray[np.bool_],
+    count: int = SAMPLES,
 ) -> None:
     """Compute some samples by the loop's own Python and by its traced code.
 
@@ -71,25 +74,28 @@ def check_agreement(
         loop: The loop.
         by_code: What the code makes of a sample, by name.
         constant: Entries of the state that the code takes for constant, shape (states,).
+        count: Number of samples.
 
     Raises:
         TracingError: If they differ.
     """
     fault = "traced, it differs from the loop's own by"
     remedy = "hide no state, and do not test the type of a value"
-    for sample in _samples(loop, constant):
+    for sample in _samples(loop, constant, count):
         for name, values in by_code(sample):
             _compare(loop, name, values, sample, AGREEMENT, fault, remedy)
 
 
-def _samples(loop: ClosedLoop, constant: npt.NDArray[np.bool_] | None = None) -> Iterator[Sample]:
+def _samples(
+    loop: ClosedLoop, constant: npt.NDArray[np.bool_] | None = None, count: int = SAMPLES
+) -> Iterator[Sample]:
     """The first samples by the loop's own Python, each from a state disturbed where it varies."""
     rng = np.random.default_rng(0)
-    motions = loop.reference.at(np.arange(SAMPLES) * loop.period)
+    motions = loop.reference.at(np.arange(count) * loop.period)
     process = loop.process
     initial = rng.standard_normal(process.initial_normals)
     state: Any = None
-    for k in range(SAMPLES):
+    for k in range(count):
         desired = Desired(*(row[k] for row in motions))
         results = {}
         if state is None:
@@ -107,7 +113,7 @@ def _samples(loop: ClosedLoop, constant: npt.NDArray[np.bool_] | None = None) ->
             motion = loop.advance(state.motion, signals["u"], normals, row)
         results |= {name: flat(value) for name, value in signals.items()}
         results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
-        if k == SAMPLES - 1:  # init clears what a law hides, which the samples are to bring out
+        if k == count - 1:  # init clears what a law hides, which the samples are to bring out
             results[AGAIN] = flat(loop.controller.init(state.q, state.v, desired))
         yield Sample(state, desired, initial, normals, row, results)
         state = after._replace(motion=motion)

@@ -140,13 +140,13 @@ def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
 def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
     """Whether code that was traced before still agrees with a loop, whose laws may have changed."""
     try:
-        _prove(loop, code)
+        _prove(loop, code, agreement.AGAIN_SAMPLES)
     except Exception:  # other numbers, or states of another size
         return False
     return True
 
 
-def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
+def _prove(loop: ClosedLoop, code: TracedLoop, count: int = agreement.SAMPLES) -> None:
     """Raise TracingError if code differs from the loop at slightly changed parameters."""
     rng = np.random.default_rng(0)
     values = {
@@ -176,7 +176,7 @@ def _prove(loop: ClosedLoop, code: TracedLoop) -> None:
         if code.further is not None:
             yield MOTION, _numbers(code.further(motion, u, *noise, parameters))
 
-    agreement.check_agreement(loop, by_code, code.constant)
+    agreement.check_agreement(loop, by_code, code.constant, count)
 
 
 def _numbers(column: ca.DM) -> Array:
