@@ -14,7 +14,7 @@ from ftcfa.coefficients import COS, EXPM1, HALF_PI, LN2, LOG, LOG2_E, SIN, TWO_O
 TAIL = 2**30
 """A constant is cut after its top 23 bits: its product with a number below TAIL is exact."""
 ROOT_HALF = 0.7071067811865476
-TAYLOR = 16
+TAYLOR = 24
 """Terms of the exponential of a matrix."""
 HALVINGS = 5
 """A matrix is divided by 2^HALVINGS, and its exponential squared so many times."""
@@ -69,32 +69,45 @@ def sin_cos(x: Array) -> tuple[Array, Array]:
     return sine, np.choose(quarter, [c, -s, -c, s])
 
 
-def exp_symmetric(S: Array) -> Array:
-    """Exponentials of symmetric matrices of norms up to about 8, shape (..., n, n).
+def exponential(A: Array, halvings: int = HALVINGS) -> Array:
+    """Exponentials of matrices of norms up to 2^halvings / 4, shape (..., n, n).
 
-    exp(S) = exp(S/2^k)^(2^k), the inner one by its Taylor series.
+    exp(A) = exp(A/2^k)^(2^k), the inner one by its Taylor series.
     """
-    A, identity = S / 2.0**HALVINGS, np.eye(S.shape[-1])
+    A, identity = A / 2.0**halvings, np.eye(A.shape[-1])
     value: Array = identity + A / TAYLOR
     for k in range(TAYLOR - 1, 0, -1):
         value = identity + product(A, value) / k
-    for _ in range(HALVINGS):
+    for _ in range(halvings):
         value = product(value, value)
     return value
 
 
-def root(S: Array) -> Array:
+def solve(A: Array, B: Array) -> Array:
+    """X with A X = B, by elimination with the largest pivots; shapes (n, n) and (n, m)."""
+    rows, n = np.concatenate([A, B], axis=1), len(A)
+    for j in range(n):
+        largest = j + int(np.argmax(np.abs(rows[j:, j])))
+        rows[[j, largest]] = rows[[largest, j]]
+        rows[j] = rows[j] / rows[j, j]
+        others = rows[:, j].copy()
+        others[j] = 0.0
+        rows = rows - others[:, None] * rows[j]
+    return rows[:, n:]
+
+
+def root(S: Array, smallest: float = 0.0) -> Array:
     """Lower triangular L with L L^T = S, of positive semidefinite matrices, shape (..., n, n).
 
-    A pivot that is not positive, where S is singular, leaves its column zero.
+    A squared pivot of at most ``smallest``, where S is singular, leaves its column zero.
     """
     n = S.shape[-1]
     L = np.zeros(S.shape)
     for j in range(n):
         left = S[..., :, j] - product(L, np.swapaxes(L[..., j : j + 1, :], -1, -2))[..., 0]
-        pivot = np.sqrt(np.maximum(left[..., j], 0.0))
-        safe = np.where(pivot > 0.0, pivot, 1.0)
-        column = np.where((pivot > 0.0)[..., None], left / safe[..., None], 0.0)
+        square = left[..., j]
+        pivot = np.sqrt(np.where(square > smallest, square, 1.0))
+        column = np.where((square > smallest)[..., None], left / pivot[..., None], 0.0)
         L[..., j:, j] = column[..., j:]
     return L
 

@@ -11,7 +11,7 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.checks import is_number
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.portable import exp, exp_symmetric, product, root
+from ftcfa.portable import exp, exponential, product, root
 
 UNPHYSICAL = 1e-9
 """Negative eigenvalues of a pseudo-inertia are rounding errors up to this share of its largest
@@ -41,7 +41,7 @@ def changed_pseudo_inertia(J: Array, factor: Array, displacement: Array, strain:
     m = J[..., 3, 3]
     c = J[..., :3, 3] / np.where(m > 0, m, 1.0)[..., None]
     moments = root(J[..., :3, :3] - m[..., None, None] * _square(c))
-    deformed, c = product(exp_symmetric(strain), moments), c + displacement
+    deformed, c = product(exponential(strain), moments), c + displacement
     changed = np.empty((*c.shape[:-1], 4, 4))
     second = product(deformed, np.swapaxes(deformed, -1, -2))
     changed[..., :3, :3] = second + m[..., None, None] * _square(c)

@@ -90,7 +90,12 @@ class Moments:
         d = np.where((a > 0) & (b > 0), other.average - self.average, 0.0)
         average = np.where(a > 0, self.average, other.average) + d * b
         M2 = self.M2 + other.M2 + d**2 * a * b * n
-        M3 = self.M3 + other.M3 + d**3 * a * b * (a - b) * n + 3 * d * (a * other.M2 - b * self.M2)
+        M3 = (
+            self.M3
+            + other.M3
+            + d * d * d * a * b * (a - b) * n
+            + 3 * d * (a * other.M2 - b * self.M2)
+        )
         return Moments(count, self.missing + other.missing, average, M2, M3)
 
     def without_missing(self) -> "Moments":

@@ -97,7 +97,7 @@ def _check_bits(client: Any, loop: ClosedLoop, loop_text: str, plan: Plan) -> No
     for worker, other in client.run(_probe_on_worker, loop_text, plan).items():
         if other != own:
             got = f"other last bits than here: probe {other}"
-            remedy = "take workers alike: a fitted filter or a record differs in the last places"
+            remedy = "take workers alike: a number of the loop differs in its last places"
             raise FtcfaError(f"worker {worker}", got, f"probe {own}", remedy)
 
 

@@ -13,8 +13,9 @@ PATHS, SAMPLES = 8, 32
 def probe(loop: ClosedLoop, seed: int) -> str:
     """The hash of the first SAMPLES samples of the first PATHS paths, 16 hexadecimal digits.
 
-    The kernels, the robots and their constants give the same bits everywhere. What may differ are
-    a filter that is fitted to a spectrum, a record's Fourier series, and parts of a user's own.
+    The kernels, robots, filters and records give the same bits everywhere, fits and Fourier series
+    because they are rounded to a grid. What may differ are parts of a user's own, and a fit or a
+    record one of whose numbers lies next to the border between two points of the grid.
 
     Args:
         loop: The loop, as `ftcfa.study.plan.Plan.observed` gives it, whose code is compiled anyway.

@@ -15,6 +15,9 @@ from ftcfa.vibration.excitation import Excitation, Process, check_channels
 from ftcfa.vibration.record import Record
 from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, substeps_needed
 
+GRID = 2.0**-30
+"""Grid of the means of a record, as a share of the next power of two of the largest: 180 dB below
+it."""
 UNRESOLVED = 0.01
 """Share of a record's power that may lie above what the integration step resolves."""
 SWING = 0.5
@@ -156,7 +159,8 @@ def _means_over_steps(values: Array, steps: int) -> Array:
 
     with c_m the lines of the discrete Fourier transform over N, w_m = 1 for the mean and for
     m = N/2, which has no sine, else 2. The mean of a line over the step from k T/K on is its value
-    in the step's middle times sinc(m/K).
+    in the step's middle times sinc(m/K). The means are rounded to GRID, because the last digits of
+    a Fourier transform depend on the processor.
 
     Args:
         values: Samples of one period, shape (N, axes).
@@ -172,7 +176,10 @@ def _means_over_steps(values: Array, steps: int) -> Array:
     gain = weight * np.sinc(m / steps) * np.exp(1j * np.pi * m / steps)
     folded = np.zeros((steps, values.shape[1]), dtype=complex)
     np.add.at(folded, m % steps, gain[:, None] * lines)
-    return np.real(np.fft.ifft(folded, axis=0)) * steps
+    means = np.real(np.fft.ifft(folded, axis=0)) * steps
+    _, exponents = np.frexp(np.abs(means).max(axis=0))
+    grid = np.ldexp(GRID, exponents)
+    return np.round(means / grid) * grid
 
 
 def _high_passed(record: Record, frequency: float) -> Array:

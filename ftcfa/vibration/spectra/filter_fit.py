@@ -13,6 +13,7 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.checks import is_integer
 from ftcfa.errors import ParameterError
+from ftcfa.portable import exp
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
 from ftcfa.vibration.spectra.section_fit import (
     DB,
@@ -20,12 +21,13 @@ from ftcfa.vibration.spectra.section_fit import (
     PATIENCE,
     RMS_TOLERANCE,
     WORTHWHILE,
-    Sections,
     Target,
     fit_sections,
     grid,
+    to_grid,
     widths,
 )
+from ftcfa.vibration.spectra.sections import Sections
 from ftcfa.vibration.spectra.spectrum import STANDARD_GRAVITY, Spectrum
 
 EDGE_TOLERANCE = 0.02
@@ -150,7 +152,7 @@ def _measure(spectrum: Spectrum, sections: Sections) -> FilterFit:
     f = np.union1d(grid(spectrum, per_octave=60, per_segment=20), sections.features(spectrum.band))
     density = raw.density(f)[:, 0]
     in_band = float(density @ widths(f))
-    gain = spectrum.rms() / np.sqrt(in_band)
+    gain = float(exp(to_grid(np.log(spectrum.rms() / np.sqrt(in_band)))))
     total = float(raw.rms()[0])
     logs = np.log(density * gain**2)
     strict = DB * (logs - np.log(spectrum.density(f)))

@@ -6,14 +6,17 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag, expm, matrix_balance, solve_continuous_lyapunov
+from scipy.linalg import block_diag, matrix_balance
 
 from ftcfa.arrays import Array
 from ftcfa.checks import numbers, positive
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.portable import exponential, product, root, solve
 
 FIRST_STEP = 0.25
 """Norm of A times the step at which the matrix exponential is computed, before doubling."""
+FORGOTTEN = 1e-18
+"""What is left of a state after a time in which its covariance has become stationary."""
 NO_GAIN = 1e-9
 """Gain at 0 Hz, relative to the largest at a resonance, that counts as zero despite rounding."""
 
@@ -165,7 +168,7 @@ class LinearFilter:
             E, shape (p, n), zero for the other outputs; and whether each has one, shape (p,).
         """
         A, B, C, x = self._balanced
-        E = np.linalg.solve(A.T, C.T).T
+        E = solve(A.T, C.T).T
         poles = np.abs(np.linalg.eigvals(A)) / (2.0 * np.pi)
         largest = np.sqrt(0.5 * LinearFilter(A, B, C).density(poles).max(axis=0))
         integrable = np.linalg.norm(E @ B, axis=1) <= NO_GAIN * largest
@@ -197,24 +200,27 @@ class LinearFilter:
         positive("step", step, "s")
         n, p = self.order, self.outputs
         A, B, C, x = self._balanced
-        rate = float(np.linalg.norm(A))
-        y = _nonzero(np.linalg.norm(C, axis=1) / rate)  # (p,)
+        rate = float(_scale(np.linalg.norm(A)))
+        y = _scale(np.linalg.norm(C, axis=1)) / rate  # (p,)
         F = np.zeros((p + n, p + n))
         F[:p, p:], F[p:, p:] = C / y[:, None], A
         G = np.vstack([np.zeros((p, self.inputs)), B])
         doublings = max(0, int(np.ceil(np.log2(rate * step / FIRST_STEP))))
         Phi, Q = _van_loan(F, G, step / 2**doublings)
         for _ in range(doublings):
-            Q = Q + Phi @ Q @ Phi.T
-            Phi = Phi @ Phi
+            Q, Phi = doubled(Q, Phi)
         z = np.concatenate([y, x])
         root = root_of_covariance(Q * np.outer(z, z))  # (p + n, r)
         Phi = Phi * z[:, None] / z
         D, B = root[:p], root[p:]
         E, integrable = self.integral()
         second, twice = LinearFilter(self.A, self.B, E).integral()
-        short = np.where(integrable[:, None], D - E @ B, 0.0)  # (p, r)
-        B = B + x[:, None] * (np.linalg.pinv(E * x) @ short)
+        rows = np.flatnonzero(integrable)
+        if rows.size:
+            short = D[rows] - product(E[rows], B)  # (rows, r)
+            inner = E[rows] * x
+            correction = solve(product(inner, inner.T), short)
+            B = B + x[:, None] * product(inner.T, correction)
         start = root_of_covariance(self._covariance)
         x0 = np.pad(start, ((0, 0), (0, n - start.shape[1])))  # (n, n)
         both = integrable & twice
@@ -230,24 +236,35 @@ class LinearFilter:
     def _covariance(self) -> Array:
         _, (size, _) = matrix_balance(self.A, permute=False, separate=True)  # (n,)
         A, B = self.A * size / size[:, None], self.B / size[:, None]
-        P = solve_continuous_lyapunov(A, -B @ B.T) * np.outer(size, size)
+        Phi, P = _van_loan(A, B, FIRST_STEP / float(_scale(np.linalg.norm(A))))
+        while np.abs(Phi).max() > FORGOTTEN:
+            P, Phi = doubled(P, Phi)
+        P = P * np.outer(size, size)
         return 0.5 * (P + P.T)
 
 
 def root_of_covariance(Q: Array) -> Array:
     """Root R of a positive semidefinite Q = R R^T, shape (k, r), r the numerical rank of Q.
 
-    The eigenvalues are those of the correlation matrix, so that states of very different size all
-    keep full relative accuracy. R is lower trapezoidal with a diagonal that is not negative, as
-    Cholesky's factor is, so that its signs do not depend on the eigenvectors.
+    Cholesky's factor of the correlation matrix, so that states of very different size all keep full
+    relative accuracy, without the columns whose pivots are rounding errors.
     """
     size = np.sqrt(np.maximum(np.diag(Q), 0.0))  # (k,)
     safe = _nonzero(size)
-    values, vectors = np.linalg.eigh(0.5 * (Q + Q.T) / np.outer(safe, safe))
-    kept = values > len(Q) * np.finfo(float).eps * max(values[-1], 0.0)
-    root = size[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    upper = np.linalg.qr(root.T)[1]  # (r, k)
-    return upper.T * np.where(np.diag(upper) < 0, -1.0, 1.0)
+    smallest = len(Q) * np.finfo(float).eps
+    L = root(0.5 * (Q + Q.T) / np.outer(safe, safe), smallest)
+    return size[:, None] * L[:, L.any(axis=0)]
+
+
+def doubled(Q: Array, Phi: Array) -> tuple[Array, Array]:
+    """Q(2h) and Phi(2h) from Q(h) and Phi(h)."""
+    return Q + product(product(Phi, Q), Phi.T), product(Phi, Phi)
+
+
+def _scale(sizes: npt.ArrayLike) -> Array:
+    """The next powers of two, one for zero: scaling by them rounds nothing."""
+    _, exponents = np.frexp(np.asarray(sizes, dtype=float))
+    return np.ldexp(1.0, exponents)
 
 
 def _nonzero(sizes: Array) -> Array:
@@ -258,7 +275,8 @@ def _nonzero(sizes: Array) -> Array:
 def _van_loan(F: Array, G: Array, step: float) -> tuple[Array, Array]:
     """Phi(h) and Q(h) from the exponential of [[-F, G G^T], [0, F^T]] h."""
     k = len(F)
-    E = expm(np.block([[-F, G @ G.T], [np.zeros((k, k)), F.T]]) * step)
+    block = np.block([[-F, product(G, G.T)], [np.zeros((k, k)), F.T]])
+    E = exponential(block * step, 2)
     Phi = E[k:, k:].T
-    Q = Phi @ E[:k, k:]
+    Q = product(Phi, E[:k, k:])
     return Phi, 0.5 * (Q + Q.T)

@@ -1,11 +1,8 @@
-"""Shaping filters as second-order sections, and their fit to a break-point spectrum.
+"""The fit of a shaping filter's sections to a break-point spectrum.
 
-    H(s) = g s^2 prod_j (s^2 + 2 xi_j w_j s + w_j^2) / prod_i (s^2 + 2 zeta_i w_i s + w_i^2)
-
-up to a constant factor: each section is scaled to (s/w)^2 + 2 zeta s/w + 1. The logarithms of
-frequency and damping of the poles and zeros are fitted, so the filter is stable and minimum-phase
-by construction. The fit is to the density in dB, by non-linear least squares reweighted towards
-the largest deviation (Lawson 1961). Nothing in it is random.
+The logarithms of frequency and damping of the poles and zeros are fitted, so the filter is stable
+and minimum-phase by construction. The fit is to the density in dB, by non-linear least squares
+reweighted towards the largest deviation (Lawson 1961). Nothing in it is random.
 """
 
 from dataclasses import dataclass
@@ -14,15 +11,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ftcfa.arrays import Array
-from ftcfa.vibration.spectra.linear_filter import LinearFilter
+from ftcfa.vibration.spectra.sections import Sections
 from ftcfa.vibration.spectra.spectrum import Spectrum
-
-DAMPING = (2e-3, 0.95)
-"""Bounds of the damping of the poles; below 1 they stay complex and apart."""
-ZERO_DAMPING = (1e-3, 3.0)
-"""Bounds of the damping of the zeros."""
-REACH = (1.0 / 6.0, 4.0)
-"""Bounds of the frequencies of poles and zeros, relative to the edges of the band."""
 
 DB_TOLERANCE = 1.5
 """Allowed deviation of the density over the band [dB]."""
@@ -43,107 +33,12 @@ OUTSIDE_WEIGHT = 4.0
 """Weight of power outside the band: dB for a share of 1 of the variance."""
 CLOSE, OUT = 1e-3, 3.0
 """Nearest and farthest distance from the band's edges at which that power counts [octaves]."""
+GRID = 2.0**-14
+"""Grid of the logarithms of frequencies, dampings and gain: 6e-5, or 0.0005 dB."""
 LEVEL_WEIGHT = 10.0
 """Weight of the error of the level in the band, in dB against dB."""
 DAMP = 1e-3
 """Weight that holds parameters which the data do not determine."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sections:
-    """Second-order sections, two pole pairs more than zero pairs and a double zero at s = 0.
-
-        log S(w) = log_gain + 4 log(w/w0) + sum_j Q(w; zero j) - sum_i Q(w; pole i)
-        Q(w; i)  = log |1 - (w/w_i)^2 + 2 i zeta_i w/w_i|^2
-
-    Attributes:
-        w0: Unit of angular frequency [rad/s].
-        log_gain: Logarithm of the factor of the density.
-        poles: log w_i and log zeta_i, shape (2, pole pairs).
-        zeros: log w_j and log xi_j, shape (2, zero pairs).
-    """
-
-    w0: float
-    log_gain: float
-    poles: Array
-    zeros: Array
-
-    @property
-    def order(self) -> int:
-        """Number of states: two for each pole pair."""
-        return 2 * self.poles.shape[1]
-
-    @property
-    def vector(self) -> Array:
-        """All parameters in one vector."""
-        return np.concatenate([[self.log_gain], self.poles.ravel(), self.zeros.ravel()])
-
-    def moved(self, vector: Array) -> "Sections":
-        """The same sections with other parameters."""
-        split = 1 + self.poles.size
-        poles, zeros = vector[1:split], vector[split:]
-        shaped = poles.reshape(self.poles.shape), zeros.reshape(self.zeros.shape)
-        return Sections(self.w0, float(vector[0]), *shaped)
-
-    def bounds(self, band: tuple[float, float]) -> tuple[Array, Array]:
-        """Least and largest parameters for a band [Hz]."""
-        edges = np.log([2.0 * np.pi * f * factor for f, factor in zip(band, REACH, strict=True)])
-        ends = []
-        for k, sign in ((0, -1.0), (1, 1.0)):
-            parts = [[sign * np.inf]]
-            for pairs, damping in ((self.poles, DAMPING), (self.zeros, ZERO_DAMPING)):
-                parts += [[edges[k]] * pairs.shape[1], [np.log(damping[k])] * pairs.shape[1]]
-            ends.append(np.concatenate(parts))
-        return ends[0], ends[1]
-
-    def log_density(self, f: Array) -> tuple[Array, Array]:
-        """Logarithm of the one-sided density at f [Hz], (F,), and derivatives, (F, parameters)."""
-        w = 2.0 * np.pi * f
-        pole, d_pole = _log_quadratic(w, self.poles)
-        zero, d_zero = _log_quadratic(w, self.zeros)
-        value = self.log_gain + 4.0 * np.log(w / self.w0) + zero.sum(1) - pole.sum(1)
-        return value, np.hstack([np.ones((len(f), 1)), -d_pole, d_zero])
-
-    def features(self, band: tuple[float, float]) -> Array:
-        """Frequencies in the band that resolve every resonance and every notch [Hz]."""
-        w, zeta = np.exp(np.hstack([self.poles, self.zeros]))
-        near = 1.0 + np.sinh(np.linspace(-4.0, 4.0, 41))[:, None] * np.minimum(zeta, 0.03)
-        f = (near * w).ravel() / (2.0 * np.pi)
-        return f[(f >= band[0]) & (f <= band[1])]
-
-    def realised(self) -> LinearFilter:
-        """Filter in modal form: partial fractions over the poles p_i = sigma_i + i omega_i.
-
-            d xi_i = p_i xi_i dt + c_i dW,   y = sum_i 2 Re(r_i xi_i)/c_i,   c_i^2 = -2 sigma_i
-
-        In two real states for each pole, A is normal and block-diagonal, and the states have unit
-        size.
-        """
-        wp, zp = np.exp(self.poles)
-        wz, zz = np.exp(self.zeros)
-        p = wp * (-zp + 1j * np.sqrt(1.0 - zp**2))
-        quadratic = (p[:, None] / wp) ** 2 + 2.0 * zp * p[:, None] / wp + 1.0  # (pole, section)
-        quadratic[np.diag_indices(len(p))] = 2j * p.imag / wp**2  # without its own root
-        zero = (p[:, None] / wz) ** 2 + 2.0 * zz * p[:, None] / wz + 1.0
-        gain = np.exp(0.5 * self.log_gain) / np.sqrt(2.0)  # a density is 2 |H|^2
-        r = gain * (p / self.w0) ** 2 * zero.prod(axis=1) / quadratic.prod(axis=1)
-        size = np.sqrt(-2.0 * p.real)
-        A = np.zeros((self.order, self.order))
-        even, odd = np.arange(0, self.order, 2), np.arange(1, self.order, 2)
-        A[even, even] = A[odd, odd] = p.real
-        A[even, odd], A[odd, even] = -p.imag, p.imag
-        B = np.column_stack([size, np.zeros_like(size)]).reshape(-1, 1)
-        C = np.column_stack([2.0 * r.real, -2.0 * r.imag]) / size[:, None]
-        return LinearFilter(A, B, C.reshape(1, -1))
-
-
-def _log_quadratic(w: Array, pairs: Array) -> tuple[Array, Array]:
-    """log|1 - u^2 + 2 i zeta u|^2, u = w/w_i, (F, pairs), and its derivatives, (F, 2 pairs)."""
-    u = w[:, None] / np.exp(pairs[0])
-    a, b2 = 1.0 - u**2, (2.0 * np.exp(pairs[1]) * u) ** 2
-    m = a**2 + b2
-    by_zeta = 2.0 * b2 / m
-    return np.log(m), np.hstack([4.0 * a * (1.0 - a) / m - by_zeta, by_zeta])
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +126,12 @@ def fit_sections(target: Target, sections: Sections) -> Sections:
         idle = 0 if reached < WORTHWHILE * score else idle + 1
         if reached < score:
             best, score = sections, reached
-    return best
+    return best.moved(to_grid(best.vector))
+
+
+def to_grid(logarithms: Array) -> Array:
+    """Logarithms rounded to GRID: the solver's last digits depend on the processor."""
+    return np.round(logarithms / GRID) * GRID
 
 
 def _score(target: Target, sections: Sections) -> float:
