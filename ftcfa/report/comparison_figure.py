@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from ftcfa.arrays import Array
 from ftcfa.report.figures import BLUE, INK, LIGHT, STYLE, page
@@ -20,6 +21,8 @@ PANELS = {
     "torque_rate": "torque rate [1/s]",
 }
 """Metrics of the figure, and the titles of their panels."""
+CROWDED = 40
+"""Ratio above which a logarithmic axis labels powers of ten only."""
 LOGARITHMIC = 20
 """Ratio of largest to smallest value above which an axis is logarithmic."""
 
@@ -61,5 +64,9 @@ def _draw(ax: Axes, quantiles: Array, names: Sequence[str]) -> None:
     if logarithmic:
         ax.set_xscale("log")
         ax.set_xlim(0.7 * usable.min(), 1.4 * largest)
+        steps = (1.0, 2.0, 5.0) if largest < CROWDED * usable.min() else (1.0,)
+        ax.xaxis.set_major_locator(LogLocator(subs=steps))
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
     else:
         ax.set_xlim(0, 1.05 * (largest if usable.size else 1.0))
