@@ -423,4 +423,5 @@ def test_script(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "Gamma = 4.51e+04" in done.stdout
-    assert [file.name for file in tmp_path.iterdir()] == ["generator.png"]
+    files = sorted(file.name for file in tmp_path.iterdir())
+    assert files == ["generator.json", "generator.png"]
