@@ -18,6 +18,7 @@ from ftcfa.model.inertia import check_bodies, inertial_weights, perturbed_inerti
 from ftcfa.model.pinocchio_model import (
     KinematicTree,
     TurningBase,
+    body_inertias,
     frames_by_name,
     kinematic_tree,
     with_body_inertias,
@@ -85,7 +86,7 @@ class Arm(AbstractArm):
         Each row is m [kg], m c (3) [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's
         origin [kg m^2].
         """
-        return np.array([body.toDynamicParameters() for body in self.model.inertias[1:]])
+        return body_inertias(self.model)
 
     @property
     def inertial_weights(self) -> Array:

@@ -94,6 +94,12 @@ def symmetric(xx: Array, yy: Array, zz: Array, xy: Array, xz: Array, yz: Array) 
     return rows.reshape(*rows.shape[:-1], 3, 3)
 
 
+def steiner(m: float, d: Array) -> Array:
+    """M (d^T d 1 - d d^T), what a distance d from the centre of mass adds to an inertia, (3, 3)."""
+    x, y, z = d
+    return m * symmetric(y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+
+
 def inertial_parameters(J: Array) -> Array:
     """Inertial parameters, shape (..., 10), of pseudo-inertias, shape (..., 4, 4).
 

@@ -1,4 +1,4 @@
-"""What an Arm needs beside Pinocchio's functions: models from URDFs, their constants, forces."""
+"""What an Arm needs beside Pinocchio's functions: constants of models, forces."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ftcfa.arrays import Array
-from ftcfa.model.inertia import symmetric
+from ftcfa.model.inertia import steiner, symmetric
 
 
 class BodyFrame(NamedTuple):
@@ -32,34 +32,38 @@ class KinematicTree:
     frames: Mapping[str, BodyFrame]  # links and joints of the URDF, by name
 
 
-def model_of_urdf(xml: str, gravity: Array, mounting: Array) -> pin.Model:
-    """Pinocchio's model of a URDF text in a gravity field, shape (3,) [m/s^2], in world axes.
+def body_inertias(model: pin.Model) -> Array:
+    """Inertial parameters of a model's bodies, shape (N, 10), as `Arm.inertias` has them.
 
-    ``mounting`` is the orientation of the base in the world, shape (3, 3). The model's own base
-    frame has the axes of the world, so every quantity of the base is in world axes.
+    This and its inverse do what Pinocchio's functions do, with the same bits on every machine.
     """
-    model = pin.buildModelFromXML(xml)
-    model.gravity.linear = gravity
-    turn = pin.SE3(mounting, np.zeros(3))
-    for i in range(1, model.njoints):
-        if model.parents[i] == 0:
-            model.jointPlacements[i] = turn * model.jointPlacements[i]
-    for frame in model.frames[1:]:  # the first is the world's
-        if frame.parentJoint == 0:
-            frame.placement = turn * frame.placement
-    return model
+    rows = []
+    for body in list(model.inertias)[1:]:
+        I = body.inertia + steiner(body.mass, body.lever)  # noqa: E741
+        upper = (I[0, 0], I[0, 1], I[1, 1], I[0, 2], I[1, 2], I[2, 2])
+        rows.append([body.mass, *(body.mass * body.lever), *upper])
+    return np.array(rows)
 
 
 def with_body_inertias(model: pin.Model, inertias: Array) -> pin.Model:
     """Copy of a model with other inertial parameters, shape (N, 10)."""
     model = model.copy()
-    for i, row in enumerate(inertias, 1):
-        if row[0] != 0:
-            model.inertias[i] = pin.Inertia.FromDynamicParameters(row)
-        else:  # Pinocchio's function divides by the mass
-            xx, xy, yy, xz, yz, zz = row[4:]
-            model.inertias[i] = pin.Inertia(0.0, np.zeros(3), symmetric(xx, yy, zz, xy, xz, yz))
+    for i, row in enumerate(np.asarray(inertias, dtype=float), 1):
+        m, (xx, xy, yy, xz, yz, zz) = float(row[0]), row[4:]
+        centre = row[1:4] / m if m != 0.0 else np.zeros(3)
+        about_origin = symmetric(xx, yy, zz, xy, xz, yz)
+        model.inertias[i] = body_of(m, centre, about_origin - steiner(m, centre))
     return model
+
+
+def body_of(mass: float, centre: Array, inertia: Array) -> pin.Inertia:
+    """Pinocchio's inertia of mass, centre of mass and inertia about it, whatever they are.
+
+    Its constructor refuses the moments of a thin rod, of which rounding has made -1e-18.
+    """
+    body = pin.Inertia.Zero()
+    body.mass, body.lever, body.inertia = mass, centre, inertia
+    return body
 
 
 def frames_by_name(model: pin.Model) -> dict[str, pin.Frame]:

@@ -1,8 +1,8 @@
-"""Targets that this machine can run: any number of lanes, and fewer instruction sets."""
+"""Targets that this machine can run: numbers of lanes, fewer instruction sets, other processors."""
 
 from dataclasses import replace
 
-from ftcfa.engine.compiler.target import LANES, host_target
+from ftcfa.engine.compiler.target import LANES, USUAL_LANES, Target, host_target
 
 WITHOUT = {
     "no AVX-512": ("avx512", "avx10", "evex512"),
@@ -10,17 +10,20 @@ WITHOUT = {
     "SSE2": ("avx", "fma", "xop", "f16c", "vaes", "vpclmulqdq", "sse4", "ssse3", "sse3", "gfni"),
 }
 """Instruction sets that a target leaves out, by their first letters."""
+PROCESSORS = {"x86-64": "+sse2", "haswell": "+avx2", "skylake-avx512": "+avx512vl"}
+"""Names of processors, and an instruction set that shows whether this machine can run their code;
+none of them on a machine of another kind."""
+
+_features = host_target().features.split(",")
 
 
-def _without(features, letters):
-    kept = features.split(",")
-    return ",".join(f"-{f[1:]}" if f[1:].startswith(letters) else f for f in kept)
+def _without(letters):
+    kept = (f"-{f[1:]}" if f[1:].startswith(letters) else f for f in _features)
+    return replace(host_target(), features=",".join(kept))
 
 
 TARGETS = {
     **{f"{lanes} lanes": host_target(lanes) for lanes in LANES},
-    **{
-        name: replace(host_target(), features=_without(host_target().features, letters))
-        for name, letters in WITHOUT.items()
-    },
+    **{name: _without(letters) for name, letters in WITHOUT.items()},
+    **{cpu: Target(USUAL_LANES, cpu, "") for cpu, has in PROCESSORS.items() if has in _features},
 }

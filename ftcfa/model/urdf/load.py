@@ -17,7 +17,6 @@ from ftcfa.checks import Check, about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
-from ftcfa.model.pinocchio_model import model_of_urdf
 from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, locate
 from ftcfa.model.urdf.description import RobotDescription, lint, read_urdf
 from ftcfa.model.urdf.joints import (
@@ -32,6 +31,7 @@ from ftcfa.model.urdf.joints import (
     joint_rules,
     locked_joints,
 )
+from ftcfa.model.urdf.model import model_of_urdf
 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
