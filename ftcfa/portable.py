@@ -9,11 +9,15 @@ as IEEE 754 says, in a fixed order. The polynomials are those of the generated c
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.coefficients import COS, EXPM1, HALF_PI, LN2, LOG, LOG2_E, SIN, TWO_OVER_PI
+from ftcfa.coefficients import COS, ERF, ERFC, EXPM1, HALF_PI, LN2, LOG, LOG2_E, SIN, TWO_OVER_PI
 
 TAIL = 2**30
 """A constant is cut after its top 23 bits: its product with a number below TAIL is exact."""
 ROOT_HALF = 0.7071067811865476
+ERF_MIDDLE, ERF_END = 1.0, 6.0
+"""From where erf is 1 - erfc, and from where it is 1."""
+KEPT_BITS = 40
+"""Bits of a number that are the same whichever machine computes it."""
 TAYLOR = 24
 """Terms of the exponential of a matrix."""
 HALVINGS = 5
@@ -67,6 +71,21 @@ def sin_cos(x: Array) -> tuple[Array, Array]:
     quarter = k.astype(np.int64) & 3
     sine = np.choose(quarter, [s, c, -s, -c])
     return sine, np.choose(quarter, [c, -s, -c, s])
+
+
+def normal_cdf(x: Array) -> Array:
+    """The standard normal distribution function, (1 + erf(x/sqrt 2))/2, to |x| = 8.4."""
+    z = np.minimum(np.abs(x) * ROOT_HALF, ERF_END)
+    near = 1.0 - z * _polynomial(ERF, z * z)
+    far = exp(-z * z) * _polynomial(ERFC, (z - 2.0) / (z + 2.0))
+    tail = 0.5 * np.where(z > ERF_MIDDLE, far, near)
+    return np.where(x > 0.0, 1.0 - tail, tail)
+
+
+def rounded(x: Array) -> Array:
+    """Numbers rounded to KEPT_BITS: another library's functions, which differ in the last bits."""
+    mantissa, exponent = np.frexp(x)
+    return np.ldexp(np.rint(np.ldexp(mantissa, KEPT_BITS)), exponent - KEPT_BITS)
 
 
 def exponential(A: Array, halvings: int = HALVINGS) -> Array:

@@ -37,7 +37,7 @@ LONGEST_MODULE = 300
 LONGEST_FUNCTION = 60
 """Lines of a function, its docstring not counted."""
 HOMES = {
-    "pinocchio": ("model.arm", "model.pinocchio_model"),
+    "pinocchio": ("model.arm", "model.pinocchio_model", "model.urdf.model"),
     "matplotlib": ("report",),
     "plotly": ("report",),
 }

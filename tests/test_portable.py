@@ -31,6 +31,7 @@ def relative(got, exact):
         (portable.exp, mp.exp, RNG.uniform(-1, 1, 500)),
         (portable.log, mp.log, np.exp(RNG.uniform(-700, 700, 500))),
         (portable.log, mp.log, RNG.uniform(0.5, 2, 500)),
+        (portable.normal_cdf, mp.ncdf, RNG.uniform(-1.4, 8, 500)),
         (portable.cube_root, mp.cbrt, np.exp(RNG.uniform(-600, 600, 500))),
     ],
 )
@@ -44,6 +45,21 @@ def test_sines_and_cosines(largest):
     for got, exact in zip(portable.sin_cos(x), (mp.sin, mp.cos), strict=True):
         truth = [exact(mp.mpf(v)) for v in x.tolist()]
         assert max(abs(float(mp.mpf(float(g)) - e)) for g, e in zip(got, truth, strict=True)) < ULP
+
+
+def test_the_tail_of_the_normal_distribution():
+    x = np.linspace(-8.4, 0.0, 500)
+    exact = [mp.ncdf(mp.mpf(v)) for v in x.tolist()]
+    assert relative(portable.normal_cdf(x), exact) < 100 * ULP  # of exp(-x^2/2)
+
+
+def test_rounded_numbers_forget_their_last_bits():
+    x = RNG.standard_normal(500) * 2.0 ** RNG.integers(-300, 300, 500)
+    np.testing.assert_allclose(portable.rounded(x), x, rtol=2.0**-40)
+    nearest = portable.rounded(x)
+    np.testing.assert_array_equal(portable.rounded(nearest * (1 + ULP)), nearest)
+    special = np.array([0.0, -0.0, 1.0, np.inf, -np.inf, np.nan])
+    np.testing.assert_array_equal(portable.rounded(special), special)
 
 
 def test_cube_roots_of_zero_and_of_negative_numbers():

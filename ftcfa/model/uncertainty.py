@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from scipy.special import ndtr
 
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, known_name, natural, vector
@@ -20,7 +19,7 @@ from ftcfa.model.inertia import (
 )
 from ftcfa.model.pinocchio_model import BodyFrame, KinematicTree
 from ftcfa.parts import Part
-from ftcfa.portable import exp, product
+from ftcfa.portable import exp, normal_cdf, product
 from ftcfa.streams import ROBOT, Words, normals_of_paths
 
 Distribution = Literal["log-normal", "bounded"]
@@ -169,7 +168,7 @@ class Uncertainty(Part):
         N = len(arm.g0)
         normals = normals_of_paths(seed, paths, ROBOT, 1 + DEVIATES * N)
         n = normals[:, 1:].reshape(len(paths), N, DEVIATES)
-        n = n if self.distribution == "log-normal" else 2.0 * ndtr(n) - 1.0
+        n = n if self.distribution == "log-normal" else 2.0 * normal_cdf(n) - 1.0
         J = changed_pseudo_inertia(
             pseudo_inertia(arm.inertias),
             self._factor(self.mass, n[..., 0]),
@@ -181,7 +180,7 @@ class Uncertainty(Part):
             joint, rotation, translation = self._carrier(arm)
             offset = product(rotation, np.reshape(self.payload_offset, (3, 1)))[:, 0]
             x = np.append(translation + offset, 1.0)
-            load = low + (high - low) * ndtr(normals[:, 0])
+            load = low + (high - low) * normal_cdf(normals[:, 0])
             J[:, joint] += load[:, None, None] * np.outer(x, x)
         drawn = {"inertias": inertial_parameters(J)}
         if self.friction > 0:

@@ -9,7 +9,7 @@ from scipy import stats
 from ftcfa.arrays import Array
 from ftcfa.checks import probability
 from ftcfa.errors import ShapeError
-from ftcfa.portable import cube_root
+from ftcfa.portable import cube_root, rounded
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 Counts = npt.NDArray[np.integer]
@@ -170,7 +170,7 @@ class Moments:
 
     def _t(self, confidence: float) -> Array:
         probability("Moments confidence", confidence)
-        return stats.t.ppf(0.5 + confidence / 2, np.maximum(self.count - 1, 1))
+        return rounded(stats.t.ppf(0.5 + confidence / 2, np.maximum(self.count - 1, 1)))
 
 
 def paired_differences(first: npt.ArrayLike, second: npt.ArrayLike) -> Moments:

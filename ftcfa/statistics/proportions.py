@@ -11,6 +11,7 @@ from scipy import stats
 
 from ftcfa.checks import counting, probability
 from ftcfa.errors import ParameterError
+from ftcfa.portable import rounded
 from ftcfa.statistics.estimate import CONFIDENCE, Estimate
 
 
@@ -36,7 +37,7 @@ def proportion(successes: npt.ArrayLike, trials: int, confidence: float = CONFID
     tail = (1 - confidence) / 2
     low = np.where(k > 0, stats.beta.ppf(tail, np.maximum(k, 1), n - k + 1), 0.0)
     high = np.where(k < n, stats.beta.isf(tail, k + 1, np.maximum(n - k, 1)), 1.0)
-    return Estimate(k / np.asarray(n), low, high)
+    return Estimate(k / np.asarray(n), rounded(low), rounded(high))
 
 
 def paired_difference(more: int, less: int, pairs: int, confidence: float = CONFIDENCE) -> Estimate:

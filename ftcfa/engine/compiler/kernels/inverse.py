@@ -8,10 +8,9 @@ from ftcfa.coefficients import ASIN, ATAN, ERF, ERFC, HALF_PI, QUARTER_PI
 from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.bits import INFINITY, absolute, polynomial, with_sign
 from ftcfa.engine.compiler.kernels.exponential import exp
+from ftcfa.portable import ERF_END, ERF_MIDDLE
 
 TAN_PI_8, TAN_3PI_8 = 0.41421356237309503, 2.414213562373095
-ERF_MIDDLE, ERF_END = 1.0, 6.0
-"""From where erf is 1 - erfc, and from where it is 1."""
 
 
 def atan(asm: Assembly, x: str) -> str:
