@@ -151,6 +151,7 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     asm.do("br i1 %more, label %body, label %exit")
 
     asm.label("body")
+    asm.way_out = ("%more", "exit")  # LLVM does not see that it is never taken
     row = asm.emit("sub i64 %tick, %tick0")
     desired = _desired(asm, row, first.nnz_in(1))
     step = asm.emit(f"mul i64 %tick, {traced.substeps}")
@@ -267,7 +268,7 @@ def _further_steps(
         return
     asm.do("br label %substep_head")
     asm.label("substep_head")
-    asm.do("%k = phi i64 [ 1, %further ], [ %k_next, %substep ]")
+    asm.do("%k = phi i64 [ 1, %further ], [ %k_next, %substep_end ]")
     asm.do(f"%k_more = icmp slt i64 %k, {traced.substeps}")
     asm.do("br i1 %k_more, label %substep, label %latch")
     asm.label("substep")
@@ -275,5 +276,7 @@ def _further_steps(
     inputs = [asm.memory("%state"), asm.memory(torque), *noise, asm.memory("%parameters")]
     (after,) = lower(asm, traced.further, inputs)
     asm.store_all(after, "%state")
+    asm.do("br label %substep_end")
+    asm.label("substep_end")
     asm.do("%k_next = add i64 %k, 1")
     asm.do("br label %substep_head")

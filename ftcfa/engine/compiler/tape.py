@@ -28,6 +28,7 @@ def lower(asm: Assembly, function: ca.Function, inputs: Sequence[Entries]) -> li
     registers: dict[int, _Value] = {}
     fusible = _fusible(function)
     for k in range(function.n_instructions()):
+        asm.break_block()
         operation = function.instruction_id(k)
         sources, targets = function.instruction_input(k), function.instruction_output(k)
         if operation == ca.OP_OUTPUT:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ftcfa.engine.compiler.assembly import Assembly
 from ftcfa.engine.compiler.kernels.table import FUNCTIONS
 from ftcfa.engine.compiler.kernels.trigonometric import RANGE
 from ftcfa.engine.compiler.target import host_target
@@ -49,3 +50,18 @@ def test_angles_beyond_the_range_have_no_sine():
 def test_the_coefficients_are_those_of_the_script():
     script = runpy.run_path(str(SCRIPTS / "kernel_coefficients.py"))
     assert script["FILE"].read_text() == script["text"]()
+
+
+def test_the_sine_of_an_opposite_costs_no_second_reduction():
+    def both(asm, x):
+        return asm.add(FUNCTIONS["sin"](asm, asm.negative(x)), FUNCTIONS["cos"](asm, x))
+
+    def fused(function):
+        asm = Assembly(host_target())
+        function(asm, asm.load("%x", 0))
+        return sum("llvm.fma" in line for line in asm.lines)
+
+    assert fused(both) == fused(FUNCTIONS["sin"])
+    x = np.linspace(-9.0, 9.0, 64)
+    got = ACCURACY["kernel"](both, 1, host_target())(x)
+    np.testing.assert_allclose(got, np.cos(x) - np.sin(x), atol=1e-15)

@@ -40,7 +40,8 @@ def tan(asm: Assembly, x: str) -> str:
 
 
 def _sin_cos(asm: Assembly, x: str) -> tuple[str, str, str]:
-    """The word n, sin(r) and cos(r), computed once for each x."""
+    """The word n, sin(r) and cos(r), computed once for x and -x."""
+    x = asm.unsigned(x)
     return cast(tuple[str, str, str], asm.once(("sin_cos", x), lambda: _reduced(asm, x)))
 
 
