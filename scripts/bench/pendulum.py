@@ -106,6 +106,5 @@ def print_tables(pendulum: Record, console: Console) -> None:
 def targets(rows: list[Record]) -> list[Record]:
     """What the engine must reach beside JAX and diffrax."""
     return [
-        target(f"pendulum: {name} / ftcfa", ratio, ">=", 10 if name.startswith("JAX") else 20)
-        for name, ratio in ratios(rows).items()
+        target(f"pendulum: {name} / ftcfa", ratio, ">=", 12) for name, ratio in ratios(rows).items()
     ]
