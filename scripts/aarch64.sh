@@ -13,8 +13,8 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 folder=${FTCFA_AARCH64:-${XDG_CACHE_HOME:-$HOME/.cache}/ftcfa-aarch64}
 site=$folder/root/usr/lib/python3/dist-packages
-packages="bin|build|glfw|hatchling|mujoco|mypy|pdoc|pip|pre_commit|ruff|setuptools"
-optional="embreex|manifold3d|vhacdx" # without a wheel for aarch64, and not needed here
+unneeded="build|glfw|hatchling|mujoco|mypy|pdoc|pip|pre_commit|ruff|setuptools"
+unneeded+="|embreex|manifold3d|vhacdx" # without a wheel for aarch64
 
 skip() {
   echo "skipped: $1" >&2
@@ -50,7 +50,7 @@ wheels() { # this environment's packages, and the project itself
   python -c "import sys; sys.exit(sys.version_info[:2] != tuple(map(int, '$version'.split('.'))))" ||
     skip "Debian's Python is $version, this environment has $(python --version)"
   for glibc in 2_17 2_27 2_28 2_34; do platforms+=(--platform "manylinux_${glibc}_aarch64"); done
-  python -m pip list --format=freeze --exclude ftcfa | grep -vE "^($packages|$optional)" > "$wanted"
+  python -m pip list --format=freeze --exclude ftcfa | grep -vE "^($unneeded)" > "$wanted"
   cmp -s "$wanted" "$folder/installed.txt" && return
   rm -rf "$site" && mkdir -p "$site"
   python -m pip install --quiet --no-deps --no-compile --only-binary=:all: --target "$site" \

@@ -10,14 +10,10 @@ import pytest
 from scipy.linalg import expm
 
 from ftcfa import portable
+from tests.engine.targets import ELSEWHERE
 
 ULP = 2.0**-52
 RNG = np.random.default_rng(0)
-ELSEWHERE = {
-    "no AVX": {"NPY_DISABLE_CPU_FEATURES": "X86_V3,X86_V4,AVX512_ICL,AVX512_SPR,AVX2,AVX512F"},
-    "another BLAS kernel": {"OPENBLAS_CORETYPE": "Sandybridge"},
-}
-"""What makes NumPy and OpenBLAS take other instructions; an unknown name is ignored."""
 
 
 def relative(got, exact):

@@ -95,7 +95,7 @@ def symmetric(xx: Array, yy: Array, zz: Array, xy: Array, xz: Array, yz: Array) 
 
 
 def steiner(m: float, d: Array) -> Array:
-    """M (d^T d 1 - d d^T), what a distance d from the centre of mass adds to an inertia, (3, 3)."""
+    """What a distance d from the centre of mass adds to an inertia, m (d^T d 1 - d d^T), (3, 3)."""
     x, y, z = d
     return m * symmetric(y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
 

@@ -13,6 +13,13 @@ WITHOUT = {
 PROCESSORS = {"x86-64": "+sse2", "haswell": "+avx2", "skylake-avx512": "+avx512vl"}
 """Names of processors, and an instruction set that shows whether this machine can run their code;
 none of them on a machine of another kind."""
+ELSEWHERE = {
+    "NumPy without AVX": {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V3,X86_V4,AVX512_ICL,AVX512_SPR,AVX2,AVX512F"
+    },
+    "another OpenBLAS kernel": {"OPENBLAS_CORETYPE": "Sandybridge"},
+}
+"""Environments in which NumPy and OpenBLAS take other instructions; an unknown name is ignored."""
 
 _features = host_target().features.split(",")
 

@@ -20,6 +20,8 @@ from ftcfa.portable import product, sin_cos
 
 BASE = "universe"
 """Pinocchio's name of the joint that does not move."""
+ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of <inertia>, as `symmetric` takes them."""
 
 
 def model_of_urdf(xml: str, gravity: Array, mounting: Array) -> pin.Model:
@@ -103,15 +105,12 @@ def _bodies(root: etree._Element, links: dict[str, _Frame]) -> dict[str, pin.Ine
         if inertial is not None:
             frame = links[link.get("name")].at(inertial)
             inertia = inertial.find("inertia")
-            entries = [float(inertia.get(f"i{axes}", "0")) for axes in _ENTRIES]
-            I = symmetric(*np.array(entries))  # noqa: E741
+            entries = np.array([float(inertia.get(name, "0")) for name in ENTRIES])
+            I = symmetric(*entries)  # noqa: E741
             turned = product(product(frame.R, I), frame.R.T)
             mass = float(inertial.find("mass").get("value"))
             parts[frame.carrier].append((mass, frame.p, (turned + turned.T) / 2.0))
-    return {carrier: _welded(links) for carrier, links in parts.items()}
-
-
-_ENTRIES = ("xx", "yy", "zz", "xy", "xz", "yz")
+    return {carrier: _welded(welded) for carrier, welded in parts.items()}
 
 
 def _welded(parts: Iterable[tuple[float, Array, Array]]) -> pin.Inertia:
