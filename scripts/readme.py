@@ -302,7 +302,8 @@ def machines() -> str:
     """The loops that have one hash on every machine."""
     found = record("machines")
     names, loops = list(found["machines"]), found["machines"]["8 lanes"]
-    assert found["same"] and len(found["stores"]) == 2
+    assert found["same"]
+    assert len(found["stores"]) == 2
     hashes = table(["loop", "hash"], [[name, f"`{digest}`"] for name, digest in loops.items()])
     return (
         f"{hashes}\n\n{found['seconds']:g} s of each loop have this one hash on {len(names)} "
