@@ -11,6 +11,7 @@ from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
 from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
+from ftcfa.model.dynamics import inertial_force
 
 
 class FilteredState(NamedTuple):
@@ -93,7 +94,7 @@ class CommandFilteredBackstepping(Law):
 
         a = dabar - g.velocity_rate * z2 - network_acceleration(g, z2, theta, BB)
         force = self.known_force(self.compensation, q, v, abar)
-        u = self.nominal.mass_matrix(q) @ a + force
+        u = inertial_force(self.nominal, q, a) + force
 
         new = FilteredState(
             filter=filter_state,

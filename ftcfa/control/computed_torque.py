@@ -7,6 +7,7 @@ from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
+from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -38,4 +39,4 @@ class ComputedTorque(MemorylessLaw):
         z1, dz1 = q - desired.q, v - desired.v
         a = desired.a - (a1 + a2) * dz1 - a1 * a2 * z1
         force = self.known_force("bias", q, v, desired.v)
-        return {"u": self.nominal.mass_matrix(q) @ a + force, "z1": z1}
+        return {"u": inertial_force(self.nominal, q, a) + force, "z1": z1}

@@ -17,6 +17,7 @@ from ftcfa.control.protocol import (
     Quantity,
     Signals,
 )
+from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
 SMALLEST = 1e-300
@@ -73,7 +74,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
         z2 = v - alpha
         a = dalpha - g.c2 * sig(z2, g.kappa) - g.linear_velocity_rate * z2
         force = self.known_force(self.compensation, q, v, alpha)
-        u = self.nominal.mass_matrix(q) @ a + force
+        u = inertial_force(self.nominal, q, a) + force
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Traceable, solve_spd
+from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, flag
 from ftcfa.control.anti_saturation import GAPS, AntiSaturation, anti_saturation
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
@@ -13,6 +13,7 @@ from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
 from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
+from ftcfa.model.dynamics import impulse_response, inertial_force
 
 
 class FTCFState(NamedTuple):
@@ -145,9 +146,9 @@ class FTCF(Law):
         v2 = z2 - state.s2 - rho
         BB = self.network.basis_square(q, v)
 
-        M = self.nominal.mass_matrix(q)
         a = commanded_acceleration(g, v2, theta, BB, rho)
-        u = M @ a + self.known_force(self.compensation, q, v, v - v2)
+        force = self.known_force(self.compensation, q, v, v - v2)
+        u = inertial_force(self.nominal, q, a) + force
 
         drive1 = -g.c1 * sig(state.s1, g.kappa) + (abar - alpha) + state.s2
         drive2 = -g.c2 * sig(state.s2, g.kappa)
@@ -158,7 +159,8 @@ class FTCF(Law):
         gap_of = GAPS[str(self.anti_saturation)]
         if gap_of is not None:
             gap = gap_of(u, self.nominal.effort_limit)
-            new = new._replace(rho=leaky_step(rho, 1.0, solve_spd(M, gap), period))
+            excess = impulse_response(self.nominal, q, v, gap, 0.0)
+            new = new._replace(rho=leaky_step(rho, 1.0, excess, period))
         if self.adaptation:
             theta_new = adapted(g, self.network.largest_theta, theta, v2, BB, period)
             new = new._replace(theta=theta_new)

@@ -11,6 +11,7 @@ from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
 from ftcfa.model.arm import Arm
+from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
 ADAPTATION_SCALE = 9.81
@@ -89,9 +90,8 @@ class SlotineLi(Law):
         a_r = desired.a - self.position_rate * (v - desired.v)
         s = v - v_r
         Y = arm.regressor(q, v, v_r, a_r)  # (n, 10 N)
-        M = arm.mass_matrix(q)
         nominal = (
-            M @ (a_r - self.velocity_rate * s)
+            inertial_force(arm, q, a_r - self.velocity_rate * s)
             + arm.coriolis_matrix(q, v) @ v_r
             + arm.potential_force(q)
             + arm.damping_matrix(v_r) @ v_r

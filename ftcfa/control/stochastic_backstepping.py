@@ -14,6 +14,7 @@ from ftcfa.control.protocol import (
     Quantity,
     Signals,
 )
+from ftcfa.model.dynamics import inertial_force
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,5 +57,5 @@ class StochasticBackstepping(MemorylessLaw):
         dalpha = -a1 * (v - desired.v) + desired.a
         z2 = v - alpha
         force = self.known_force(self.compensation, q, v, alpha)
-        u = self.nominal.mass_matrix(q) @ (dalpha - a2 * z2) + force
+        u = inertial_force(self.nominal, q, dalpha - a2 * z2) + force
         return {"u": u, "alpha": alpha, "z1": z1, "z2": z2}

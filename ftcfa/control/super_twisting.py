@@ -10,6 +10,7 @@ from ftcfa.checks import Check, positive
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.gains import Gains
 from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
+from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -80,6 +81,6 @@ class SuperTwisting(Law):
         nu = state.nu + change
         a = a_r + (x - s) / period + nu
         force = self.known_force("bias", q, v, v_r)
-        u = self.nominal.mass_matrix(q) @ a + force
+        u = inertial_force(self.nominal, q, a) + force
         held = np.where(np.abs(u) > self.nominal.effort_limit, state.nu, nu)
         return {"u": u, "z1": z1, "s": s, "nu": state.nu}, SuperTwistingState(held)

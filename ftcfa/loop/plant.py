@@ -19,8 +19,8 @@ This is stable at any step, also for light joints with hard friction, and Euler-
 from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
-from ftcfa.arrays import Traceable, solve_spd
-from ftcfa.model.dynamics import Dynamics
+from ftcfa.arrays import Traceable
+from ftcfa.model.dynamics import Dynamics, impulse_response
 
 Integrator: TypeAlias = Callable[
     [Dynamics, Traceable, Traceable, Traceable, Traceable, float], tuple[Traceable, Traceable]
@@ -41,8 +41,8 @@ def velocity_change(
         impulse: Impulse of the noise over the step, shape (n,) [N m s or N s].
         step: Length of the step [s].
     """
-    A = arm.mass_matrix(q) + step * arm.damping_matrix(v)
-    return solve_spd(A, step * (tau - arm.bias_force(q, v)) + impulse)
+    total = step * (tau - arm.bias_force(q, v)) + impulse
+    return impulse_response(arm, q, v, total, step)
 
 
 def euler_maruyama(

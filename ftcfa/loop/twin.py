@@ -3,7 +3,7 @@
 from typing import Any
 
 from ftcfa.model.arm import Arm
-from ftcfa.model.traced import traced
+from ftcfa.model.twins import traced
 from ftcfa.parts import fields_of, with_fields
 
 

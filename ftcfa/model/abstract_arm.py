@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ftcfa.arrays import Array, Traceable, solve_spd
+from ftcfa.arrays import Array, Traceable
 from ftcfa.errors import ShapeError
+from ftcfa.model.dynamics import impulse_response
 
 FRICTION_VELOCITY = 1e-3
 """Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
@@ -41,17 +42,31 @@ class AbstractArm(ABC):
     def bias_force(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) v + h(q) + f(v), shape (n,) [N m or N]."""
 
+    @abstractmethod
+    def potential_force(self, q: Traceable) -> Traceable:
+        """h(q), shape (n,) [N m or N]."""
+
+    @abstractmethod
+    def base_coupling(self, q: Traceable) -> Traceable:
+        """M_qb(q), shape (n, 6): see `ftcfa.model.arm.Arm.base_coupling`."""
+
     def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v) of joint friction, symmetric positive semidefinite, shape (n, n).
 
-            D = G^T diag(damping + friction / sqrt(v_j^2 + e^2)) G,   v_j = G v
+        D = G^T diag(d) G,   d: `joint_damping`
+        """
+        return (self.G.T * self.joint_damping(v)) @ self.G
+
+    def joint_damping(self, v: Traceable) -> Traceable:
+        """Damping d(v) of each joint of the URDF, shape (N,) [N m s/rad or N s/m].
+
+            d = damping + friction / sqrt(v_j^2 + e^2),   v_j = G v
 
         Coulomb friction is smoothed with e = FRICTION_VELOCITY: a joint that should stick creeps
         at less than e.
         """
         v_joint = self._model_v(v)
-        coefficient = self.damping + self.friction / np.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
-        return (self.G.T * coefficient) @ self.G
+        return self.damping + self.friction / np.sqrt(v_joint**2 + FRICTION_VELOCITY**2)
 
     def friction_force(self, v: Traceable) -> Traceable:
         """f(v) = D(v) v: viscous and Coulomb friction of the URDF, shape (n,) [N m or N]."""
@@ -60,7 +75,7 @@ class AbstractArm(ABC):
     def forward_dynamics(self, q: Traceable, v: Traceable, tau: Traceable) -> Traceable:
         """Acceleration M^-1 (tau - C v - h - f), shape (n,) [rad/s^2 or m/s^2]."""
         self._check_shape("tau", tau)
-        return solve_spd(self.mass_matrix(q), tau - self.bias_force(q, v))
+        return impulse_response(self, q, v, tau - self.bias_force(q, v), 0.0)
 
     def _model_v(self, v: Traceable) -> Traceable:
         self._check_shape("v", v)

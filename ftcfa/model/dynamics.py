@@ -1,8 +1,8 @@
 """The protocol of a robot in a loop: `Arm` follows it, and so can a closed form of the user."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
-from ftcfa.arrays import Array, Traceable
+from ftcfa.arrays import Array, Traceable, solve_spd
 
 
 class Dynamics(Protocol):
@@ -46,3 +46,35 @@ class Dynamics(Protocol):
 
     def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
+
+
+@runtime_checkable
+class LinearTime(Protocol):
+    """A robot that computes forces and velocities without M, in time in proportion to n."""
+
+    def inertial_force(self, q: Traceable, a: Traceable) -> Traceable:
+        """M(q) a, shape (n,)."""
+
+    def impulse_response(
+        self, q: Traceable, v: Traceable, impulse: Traceable, step: float
+    ) -> Traceable:
+        """(M(q) + s D(v))^-1 p, shape (n,)."""
+
+
+def inertial_force(arm: Dynamics, q: Traceable, a: Traceable) -> Traceable:
+    """M(q) a: force that accelerates a robot at rest, free of gravity, shape (n,) [N m or N]."""
+    if isinstance(arm, LinearTime):
+        return arm.inertial_force(q, a)
+    return arm.mass_matrix(q) @ a
+
+
+def impulse_response(
+    arm: Dynamics, q: Traceable, v: Traceable, impulse: Traceable, step: float
+) -> Traceable:
+    """(M(q) + s D(v))^-1 p: change of velocity by an impulse p, shape (n,) [rad/s or m/s].
+
+    Friction acts over the step s [s] with the new velocity; s = 0 leaves it out.
+    """
+    if isinstance(arm, LinearTime):
+        return arm.impulse_response(q, v, impulse, step)
+    return solve_spd(arm.mass_matrix(q) + step * arm.damping_matrix(v), impulse)

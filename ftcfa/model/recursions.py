@@ -1,11 +1,6 @@
 """Rigid-body recursions on symbols: Newton-Euler and composite bodies over a tree of joints.
 
 Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 and 6.
-
-Inertial parameters are regrouped (Khalil and Kleinfinger 1987). The part of a body that its joint
-cannot feel is counted with the parent body instead: for a revolute joint a mass on its axis, a
-first moment along it and the inertia of a rod on it; for a prismatic joint the rotational inertia.
-Most of the remaining parameters are zero, which saves arithmetic.
 """
 
 import casadi as ca
@@ -13,14 +8,12 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.model.arm import Arm
-from ftcfa.model.pinocchio_model import KinematicTree
-from ftcfa.model.rigid_body import ENTRIES, Body, JointFrame, bodies_of
-from ftcfa.portable import product, sin_cos
+from ftcfa.model.articulated import ArticulatedBody, Twist, Wrench
+from ftcfa.model.rigid_body import Body, JointFrame
+from ftcfa.model.turned_tree import TurnedTree
 
 ZERO = ca.SX(3, 1)
 """No gravity, or a base that does not turn."""
-ROUNDING = 1e-15
-"""Entries of a constant rotation this close to -1, 0 or 1 are set to that number."""
 
 
 class Chain:
@@ -32,37 +25,40 @@ class Chain:
 
     def __init__(self, arm: Arm) -> None:
         tree = arm.tree()
-        moving = np.flatnonzero(arm.G.any(axis=1)).tolist()
-        turns = [_turn_to_z(axis) for axis in tree.axes]
-        placements = _placements(tree, moving, turns, arm.g0)
-        index = {-1: -1} | {joint: i for i, joint in enumerate(moving)}
-        self.G, self.g0 = ca.DM(arm.G[moving]), ca.DM(arm.g0[moving])  # (moving, n), (moving,)
+        self.moving = np.flatnonzero(arm.G.any(axis=1)).tolist()
+        self.turned = TurnedTree(tree, self.moving, arm.g0)
+        index = {-1: -1} | {joint: i for i, joint in enumerate(self.moving)}
+        self.G, self.g0 = ca.DM(arm.G[self.moving]), ca.DM(arm.g0[self.moving])
         self.gravity = ca.SX(ca.DM(tree.gravity))
-        self.prismatic = [tree.prismatic[i] for i in moving]
-        self.parents = [index[placements[i][0]] for i in moving]
-        self.placements = [placements[i][1:] for i in moving]  # R and r in the parent's frame
+        self.prismatic = [tree.prismatic[i] for i in self.moving]
+        self.parents = [index[self.turned.placements[i][0]] for i in self.moving]
         self.frames: dict[str, tuple[int, Array]] = {}  # moving joint and origin there, by name
-        for name, (j, R, r) in tree.frames.items():
-            if j >= 0:
-                j, R, r = _carried((j, R, r), moving, turns, placements)
-            self.frames[name] = (index[j], r)
-        self.regrouping = _regrouping(tree, moving, turns, placements)
+        for name, frame in tree.frames.items():
+            carrier, _, r = self.turned.placed(frame)
+            self.frames[name] = (index[carrier], r)
+        self.regrouping = self.turned.regrouping()
 
     def joint_frames(self, q: ca.SX) -> list[JointFrame]:
         """Frames of the moving joints at the arm's coordinates q."""
-        places = zip(self.placements, self.prismatic, strict=True)
         at = self.G @ q + self.g0
-        return [JointFrame(*place, at[i], slides) for i, (place, slides) in enumerate(places)]
+        return [self.turned.joint_frame(joint, at[i]) for i, joint in enumerate(self.moving)]
 
     def inverse_dynamics(
-        self, q: ca.SX, v: ca.SX, bodies: list[Body], gravity: ca.SX = ZERO, omega: ca.SX = ZERO
+        self,
+        q: ca.SX,
+        v: ca.SX,
+        bodies: list[Body],
+        gravity: ca.SX = ZERO,
+        omega: ca.SX = ZERO,
+        acceleration: ca.SX | None = None,
     ) -> ca.SX:
-        """Torque of the moving joints without joint acceleration, by Newton and Euler.
+        """Torque of the moving joints, M a + C v + h for a base that does not turn: Newton, Euler.
 
-        It is C v + h for a base that does not turn. ``q`` and ``v`` are the arm's coordinates,
-        ``bodies`` the regrouped ones, ``omega`` the angular velocity of the base [rad/s].
+        ``q``, ``v`` and ``acceleration`` (None: zero) are the arm's coordinates, ``bodies`` the
+        regrouped ones, ``omega`` the angular velocity of the base [rad/s].
         """
         frames, rates, z = self.joint_frames(q), self.G @ v, ca.DM([0, 0, 1])
+        growth = self.G @ (ca.SX(v.shape[0], 1) if acceleration is None else acceleration)
         base = (omega, ca.SX(3, 1), -gravity)
         motion: list[tuple[ca.SX, ca.SX, ca.SX]] = []  # w, w', acceleration of each origin
         wrenches = []
@@ -72,9 +68,9 @@ class Chain:
             w, dw, a = map(frame.vector_to_child, (w, dw, carried))
             rate = z * rates[i]
             if self.prismatic[i]:
-                a = a + 2 * ca.cross(w, rate)
+                a = a + 2 * ca.cross(w, rate) + z * growth[i]
             else:
-                dw, w = dw + ca.cross(w, rate), w + rate
+                dw, w = dw + ca.cross(w, rate) + z * growth[i], w + rate
             motion.append((w, dw, a))
             force = body.m * a + ca.cross(dw, body.h) + ca.cross(w, ca.cross(w, body.h))
             moment = body.I @ dw + ca.cross(w, body.I @ w) + ca.cross(body.h, a)
@@ -107,6 +103,60 @@ class Chain:
             coupling[i, :] = ca.vertcat(force, moment).T
         return M, coupling
 
+    def forward_dynamics(self, q: ca.SX, tau: ca.SX, bodies: list[Body], damping: ca.SX) -> ca.SX:
+        """(M + diag(damping))^-1 tau of the moving joints at rest, by articulated bodies.
+
+        All in the moving joints' own order, (moving,).
+        """
+        frames = self.joint_frames(q)
+        articulated = [ArticulatedBody.of(body) for body in bodies]
+        pushes: list[Wrench] = [(ca.SX(3, 1), ca.SX(3, 1)) for _ in frames]  # of the joints above
+        pivots: list[tuple[Wrench, ca.SX, ca.SX]] = []
+        for i in reversed(range(len(frames))):
+            slides, body, (force, moment) = self.prismatic[i], articulated[i], pushes[i]
+            U = body.along(slides)
+            D = (U[0] if slides else U[1])[2] + damping[i]
+            a = (tau[i] - (force if slides else moment)[2]) / D
+            pivots.append((U, D, a))
+            p = self.parents[i]
+            if p >= 0:
+                articulated[p] += body.freed(U, D).in_parent(frames[i])
+                force, moment = frames[i].wrench_to_parent(force + U[0] * a, moment + U[1] * a)
+                pushes[p] = (pushes[p][0] + force, pushes[p][1] + moment)
+        motion: list[Twist] = []
+        accelerations = []
+        for i, (frame, (U, D, a)) in enumerate(zip(frames, reversed(pivots), strict=True)):
+            p = self.parents[i]
+            linear, angular = motion[p] if p >= 0 else (ca.SX(3, 1), ca.SX(3, 1))
+            linear = frame.vector_to_child(linear + ca.cross(angular, frame.r))
+            angular = frame.vector_to_child(angular)
+            a = a - (ca.dot(U[0], linear) + ca.dot(U[1], angular)) / D
+            accelerations.append(a)
+            along = ca.vertcat(0, 0, a)
+            motion.append(
+                (linear + along, angular) if self.prismatic[i] else (linear, angular + along)
+            )
+        return ca.vertcat(*accelerations)
+
+    def base_coupling(self, q: ca.SX, bodies: list[Body]) -> ca.SX:
+        """M_qb of the moving joints, by composite rigid bodies, in the axes of the base."""
+        frames, composite = self.joint_frames(q), list(bodies)
+        N = len(frames)
+        for i in reversed(range(N)):
+            if self.parents[i] >= 0:
+                composite[self.parents[i]] += frames[i].body_to_parent(composite[i])
+        coupling = ca.SX(N, 6)
+        places: list[tuple[ca.SX, ca.SX]] = []  # R and r in the base
+        for i, (frame, p) in enumerate(zip(frames, self.parents, strict=True)):
+            R, r = places[p] if p >= 0 else (ca.SX.eye(3), ca.SX(3, 1))
+            r = r + R @ frame.r
+            R = frame.rotated(R)
+            places.append((R, r))
+            force, moment = _unit_acceleration(composite[i], self.prismatic[i])
+            force = R @ force
+            coupling[i, :] = ca.vertcat(force, R @ moment + ca.cross(r, force)).T
+        return coupling
+
     def jacobian(self, q: ca.SX, frame: str) -> ca.SX:
         """Jacobian (6, n) of a frame's origin and rotation, in the axes of the base."""
         frames, z = self.joint_frames(q), ca.SX(ca.DM([0, 0, 1]))
@@ -125,89 +175,9 @@ class Chain:
         return J @ self.G
 
 
-Placement = tuple[int, Array, Array]
-"""Moving joint that carries a frame (-1: the base), and the frame's rotation and origin there."""
-
-
-def _placements(
-    tree: KinematicTree, moving: list[int], turns: list[Array], g0: Array
-) -> list[Placement]:
-    """Placement of every joint's turned frame; a joint that does not move has the value g0."""
-    placements: list[Placement] = []
-    for i, p in enumerate(tree.parents):
-        R, r = product(tree.rotations[i], turns[i]), tree.translations[i]
-        if p >= 0:
-            p, R, r = _carried((p, R, r), moving, turns, placements)
-        if i not in moving and tree.prismatic[i]:
-            r = r + R[:, 2] * g0[i]
-        elif i not in moving:
-            R = product(R, _about_z(g0[i]))
-        placements.append((p, _clean(R), r))
-    return placements
-
-
-def _turned(R: Array, r: Array) -> Array:
-    """A vector in other axes."""
-    return product(R, r[:, None])[:, 0]
-
-
-def _carried(
-    frame: Placement, moving: list[int], turns: list[Array], placements: list[Placement]
-) -> Placement:
-    """Placement of a frame that the tree places in any joint's frame, which is not yet turned."""
-    p, R, r = frame
-    R, r = product(turns[p].T, R), _turned(turns[p].T, r)
-    if p in moving:
-        return p, R, r
-    carrier, R0, r0 = placements[p]
-    return carrier, product(R0, R), r0 + _turned(R0, r)
-
-
-def _regrouping(
-    tree: KinematicTree, moving: list[int], turns: list[Array], placements: list[Placement]
-) -> Array:
-    """Linear map from the parameters of the arm's N bodies to those of the regrouped ones.
-
-    Its shape is (moving ENTRIES, N ENTRIES). It is a Jacobian; leaves are regrouped before roots.
-    """
-    N = len(tree.parents)
-    parameters = ca.SX.sym("parameters", ENTRIES * N)
-    bodies = [body.turned(A) for body, A in zip(bodies_of(parameters), turns, strict=True)]
-    for i in reversed(range(N)):
-        p, R, r = placements[i]
-        passed_on = bodies[i]
-        if i in moving:
-            bodies[i], passed_on = bodies[i].split(tree.prismatic[i])
-        if p >= 0:
-            bodies[p] += JointFrame(R, r).body_to_parent(passed_on)
-    regrouped = ca.vertcat(*(bodies[i].parameters() for i in moving))
-    jacobian = ca.Function("regrouping", [parameters], [ca.jacobian(regrouped, parameters)])
-    return np.asarray(ca.DM(jacobian(0)))
-
-
 def _unit_acceleration(body: Body, prismatic: bool) -> tuple[ca.SX, ca.SX]:
     """Force and moment at the origin that accelerate a body by one along or about z."""
     h, I = body.h, body.I  # noqa: E741
     if prismatic:
         return ca.vertcat(0, 0, body.m), ca.vertcat(h[1], -h[0], 0)
     return ca.vertcat(-h[1], h[0], 0), I[:, 2]
-
-
-def _turn_to_z(axis: Array) -> Array:
-    """Rotation A with A z = axis; a permutation of the axes where one suffices."""
-    farthest = np.eye(3)[np.argmin(np.abs(axis))]
-    x = np.cross(farthest, axis)
-    x /= np.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-    return _clean(np.column_stack([x, np.cross(axis, x), axis]))
-
-
-def _about_z(angle: float) -> Array:
-    """Rz(angle), shape (3, 3)."""
-    s, c = sin_cos(np.asarray(angle))
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _clean(R: Array) -> Array:
-    """Rotation with its exact zeros and ones restored, so that they need no arithmetic."""
-    nearest = np.round(R)
-    return np.where(np.abs(R - nearest) < ROUNDING, nearest, R)

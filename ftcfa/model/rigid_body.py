@@ -30,7 +30,7 @@ class Body:
         """The body of ENTRIES inertial parameters."""
         m, hx, hy, hz, xx, xy, yy, xz, yz, zz = (parameters[k] for k in range(ENTRIES))
         upper = {(0, 0): xx, (0, 1): xy, (0, 2): xz, (1, 1): yy, (1, 2): yz, (2, 2): zz}
-        return cls(m, ca.vertcat(hx, hy, hz), _symmetric(lambda i, j: upper[i, j]))
+        return cls(m, ca.vertcat(hx, hy, hz), symmetric(lambda i, j: upper[i, j]))
 
     def parameters(self) -> ca.SX:
         """The ENTRIES inertial parameters of the body."""
@@ -41,7 +41,7 @@ class Body:
     def turned(self, A: Array) -> "Body":
         """The same body in axes turned by A: x = A x_new."""
         R = ca.DM(A.T)
-        return Body(self.m, R @ self.h, _congruence(R, self.I))
+        return Body(self.m, R @ self.h, congruence(R, self.I))
 
     def split(self, prismatic: bool) -> "tuple[Body, Body]":
         """The part that the joint along z feels, and the part that acts like the parent's own."""
@@ -60,28 +60,47 @@ def bodies_of(parameters: ca.SX) -> list[Body]:
 
 
 class JointFrame:
-    """Frame of a joint in its parent's: rotation R Rz(q) from child to parent, and origin r.
+    """Frame of a joint in its parent's: rotation R Rz(g + q) from child to parent, and origin r.
 
-    A welded joint has no coordinate q.
+    ``zero`` holds the cosine and the sine of g. A welded joint has no coordinate q.
     """
 
-    def __init__(self, R: Array, r: Array, q: ca.SX | None = None, prismatic: bool = False) -> None:
+    def __init__(
+        self,
+        R: Array,
+        r: Array,
+        q: ca.SX | None = None,
+        prismatic: bool = False,
+        zero: tuple[float, float] = (1.0, 0.0),
+    ) -> None:
         self.R, self.r = ca.DM(R), ca.SX(ca.DM(r))
         self.c, self.s = ca.SX(1), ca.SX(0)
         if q is not None and prismatic:
             self.r = self.r + self.R[:, 2] * q
         elif q is not None:
-            self.c, self.s = ca.cos(q), ca.sin(q)
+            (c, s), (c0, s0) = (ca.cos(q), ca.sin(q)), zero
+            self.c, self.s = c * c0 - s * s0, s * c0 + c * s0
 
     def vector_to_parent(self, x: ca.SX) -> ca.SX:
         """A vector in the axes of the parent, from those of the child."""
         c, s = self.c, self.s
         return self.R @ ca.vertcat(c * x[0] - s * x[1], s * x[0] + c * x[1], x[2])
 
+    def columns_to_parent(self, A: ca.SX) -> ca.SX:
+        """A matrix (3, k) of vectors in the axes of the parent, from those of the child."""
+        return ca.horzcat(*map(self.vector_to_parent, ca.horzsplit(A)))
+
     def vector_to_child(self, x: ca.SX) -> ca.SX:
         """A vector in the axes of the child, from those of the parent."""
         y = self.R.T @ x
         return ca.vertcat(self.c * y[0] + self.s * y[1], self.c * y[1] - self.s * y[0], y[2])
+
+    def rotated(self, A: ca.SX) -> ca.SX:
+        """A R Rz(q), from the axes of the child to those of A, which maps from the parent."""
+        B = A @ self.R
+        return ca.horzcat(
+            B[:, 0] * self.c + B[:, 1] * self.s, B[:, 1] * self.c - B[:, 0] * self.s, B[:, 2]
+        )
 
     def wrench_to_parent(self, force: ca.SX, moment: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Force and moment in the parent's frame, from those in the child's."""
@@ -93,12 +112,12 @@ class JointFrame:
         g, r = self.vector_to_parent(body.h), self.r
         rg = ca.dot(r, g)
         shift = (body.m * ca.dot(r, r) + 2 * rg) * ca.DM.eye(3)
-        I = _congruence(self.R, _turned_about_z(body.I, self.c, self.s))  # noqa: E741
-        outer = _symmetric(lambda i, j: body.m * r[i] * r[j] + r[i] * g[j] + g[i] * r[j])
+        I = congruence(self.R, turned_about_z(body.I, self.c, self.s))  # noqa: E741
+        outer = symmetric(lambda i, j: body.m * r[i] * r[j] + r[i] * g[j] + g[i] * r[j])
         return Body(body.m, g + body.m * r, I + shift - outer)
 
 
-def _symmetric(entry: Callable[[int, int], ca.SX]) -> ca.SX:
+def symmetric(entry: Callable[[int, int], ca.SX]) -> ca.SX:
     """Symmetric (3, 3) matrix, each entry computed once."""
     A = ca.SX(3, 3)
     for i in range(3):
@@ -107,7 +126,7 @@ def _symmetric(entry: Callable[[int, int], ca.SX]) -> ca.SX:
     return A
 
 
-def _turned_about_z(I: ca.SX, c: ca.SX, s: ca.SX) -> ca.SX:  # noqa: E741
+def turned_about_z(I: ca.SX, c: ca.SX, s: ca.SX) -> ca.SX:  # noqa: E741
     """Rz I Rz^T of a symmetric I, where Rz has the cosine c and the sine s."""
     cc, ss, cs = c * c, s * s, c * s
     xx = cc * I[0, 0] - 2 * cs * I[0, 1] + ss * I[1, 1]
@@ -119,10 +138,10 @@ def _turned_about_z(I: ca.SX, c: ca.SX, s: ca.SX) -> ca.SX:  # noqa: E741
         (1, 2): s * I[0, 2] + c * I[1, 2],
         (2, 2): I[2, 2],
     }
-    return _symmetric(lambda i, j: turned[i, j])
+    return symmetric(lambda i, j: turned[i, j])
 
 
-def _congruence(R: ca.DM, I: ca.SX) -> ca.SX:  # noqa: E741
+def congruence(R: ca.DM, I: ca.SX) -> ca.SX:  # noqa: E741
     """R I R^T of a symmetric I."""
     T = R @ I
-    return _symmetric(lambda i, j: ca.dot(T[i, :], R[j, :]))
+    return symmetric(lambda i, j: ca.dot(T[i, :], R[j, :]))

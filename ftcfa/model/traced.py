@@ -7,13 +7,10 @@ only the arithmetic that this robot needs.
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import ClassVar
-from weakref import WeakKeyDictionary
 
 import casadi as ca
-import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.errors import TracingError
 from ftcfa.model.abstract_arm import AbstractArm
 from ftcfa.model.arm import Arm
 from ftcfa.model.recursions import Chain
@@ -21,13 +18,6 @@ from ftcfa.model.rigid_body import Body, bodies_of
 from ftcfa.model.symbols import SymbolArray, array, column
 from ftcfa.parts import Parameter, Parameters, number_fields
 from ftcfa.portable import product
-
-AGREEMENT = 1e-9
-"""Largest difference from Pinocchio that is accepted, relative to the largest entry."""
-NEGLIGIBLE = 1e-6
-"""Quantities whose largest entry is below this are compared absolutely [SI units]."""
-CHECKED_STATES = 8
-"""Number of random states at which the expressions are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,44 +150,3 @@ class TracedArm(AbstractArm):
     def frame_jacobian(self, frame: str, q: Traceable) -> Traceable:
         """Jacobian of a link or joint of the URDF, shape (6, n); see `Arm.frame_jacobian`."""
         return array(self.chain.jacobian(column(q), frame), 2)
-
-
-_twins: WeakKeyDictionary[Arm, TracedArm] = WeakKeyDictionary()
-
-
-def traced(arm: Arm) -> TracedArm:
-    """The twin of an Arm, checked against Pinocchio at random states.
-
-    Raises:
-        TracingError: If any quantity differs by more than AGREEMENT.
-    """
-    try:  # the earlier twin, unless the Pinocchio model has changed since
-        _check(arm, _twins[arm])
-    except (KeyError, TracingError):
-        _twins[arm] = TracedArm.of(arm)
-        _check(arm, _twins[arm])
-    return _twins[arm]
-
-
-def _check(arm: Arm, twin: TracedArm) -> None:
-    """Raise TracingError unless a twin agrees with Pinocchio in the quantities of every loop.
-
-    Quantities that few laws use (Coriolis matrix, base rotation) are built when a law needs them;
-    the comparison of the traced loop with the interpreted one then covers them.
-    """
-    rng = np.random.default_rng(0)
-    for _ in range(CHECKED_STATES):
-        q, v = rng.uniform(-np.pi, np.pi, arm.n), rng.standard_normal(arm.n)
-        for name, truth, value in (
-            ("mass matrix", arm.mass_matrix(q), twin.mass_matrix(q)),
-            ("bias force", arm.bias_force(q, v), twin.bias_force(q, v)),
-            ("potential force", arm.potential_force(q), twin.potential_force(q)),
-            ("base coupling", arm.base_coupling(q), twin.base_coupling(q)),
-        ):
-            difference = np.max(np.abs(np.asarray(value, dtype=float) - truth))
-            error = difference / max(np.max(np.abs(truth)), NEGLIGIBLE)
-            if not error <= AGREEMENT:
-                subject, expected = f"{arm.name}: traced {name}", f"agreement to {AGREEMENT:g}"
-                got = f"differs from Pinocchio's by {error:.1e} relative"
-                remedy = 'run it with engine="interpreted" and report this robot'
-                raise TracingError(subject, got, expected, remedy)

@@ -6,7 +6,7 @@ import pytest
 
 from ftcfa import SlotineLi, load_arm
 from ftcfa.control.protocol import Desired
-from ftcfa.model.traced import traced
+from ftcfa.model.twins import traced
 from ftcfa.model.urdf.catalogue import catalogue
 
 ROUNDING = 1e-11

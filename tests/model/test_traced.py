@@ -13,7 +13,8 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import ENTRIES
 from ftcfa.model.symbols import symbols
-from ftcfa.model.traced import TracedArm, traced
+from ftcfa.model.traced import TracedArm
+from ftcfa.model.twins import traced
 from ftcfa.model.urdf.catalogue import catalogue
 
 AGREEMENT = 1e-12
@@ -186,7 +187,7 @@ def test_other_inertias_fold_in_like_another_arm(any_arm):
 
 def test_inertias_as_symbols_equal_constants(any_arm):
     twin = traced(any_arm)
-    p = symbols("p", ENTRIES * len(twin.chain.placements))
+    p = symbols("p", ENTRIES * len(twin.chain.parents))
     q, v = symbols("q", any_arm.n), symbols("v", any_arm.n)
     open_twin = twin.with_bodies(p)
     outputs = [open_twin.mass_matrix(q), open_twin.bias_force(q, v), open_twin.base_coupling(q)]
