@@ -63,21 +63,29 @@ class UnknownNameError(FtcfaError):
         self.known = known
 
 
-class ExperimentError(FtcfaError):
-    """All that is wrong with an experiment file or description.
+class CompoundError(FtcfaError):
+    """All that is wrong with a file, in the file's order.
 
     Args:
-        errors: Each with file, table and key.
+        errors: Each with its place in the file.
     """
 
     def __init__(self, errors: Iterable[FtcfaError]) -> None:
         self.errors = tuple(errors)
         first = self.errors[0]
-        super().__init__(first.subject, first.got, first.expected, first.remedy)
+        super().__init__(first.subject, first.got, first.expected, first.remedy, field=first.field)
         self.args = (self.errors,)
 
     def __str__(self) -> str:
         return "\n".join(map(str, self.errors))
+
+
+class ExperimentError(CompoundError):
+    """All that is wrong with an experiment file or description."""
+
+
+class CompoundUrdfError(CompoundError, UrdfError):
+    """All that is wrong with a URDF, where it is more than one thing."""
 
 
 def one_of(known: Iterable[object]) -> str:

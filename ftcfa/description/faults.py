@@ -6,7 +6,7 @@ from typing import Any
 
 from cattrs.errors import AttributeValidationNote, ClassValidationError, IterableValidationError
 
-from ftcfa.errors import FtcfaError, ParameterError, UnknownNameError
+from ftcfa.errors import CompoundError, FtcfaError, ParameterError, UnknownNameError
 
 Keys = tuple[str | int, ...]
 """Where something stands: names of tables and a key, and numbers of entries in arrays."""
@@ -31,6 +31,9 @@ def faults(error: Exception, keys: Keys = ()) -> Iterator[tuple[Keys, FtcfaError
             yield from faults(inner, (*keys, key))
         for inner in others:
             yield from faults(inner, keys)
+    elif isinstance(error, CompoundError):
+        for each in error.errors:
+            yield (*keys, *filter(None, error.field.split("."))), each
     elif not isinstance(error, FtcfaError):
         raise error
     elif not isinstance(error, BrokenError):

@@ -1,6 +1,6 @@
 """``ftcfa inspect``: show an arm."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Annotated
 
@@ -14,7 +14,11 @@ LOCK = (
     "Hold a joint at a value, in rad or m; repeatable. "
     "Without it: only the joints that the list of known arms locks."
 )
-EFFORT = "Effort limit of every joint, in N m or N. Overrides the URDF."
+EFFORT = (
+    "Effort limit of every joint or, repeatable, of one by name, in N m or N. Overrides the URDF."
+)
+REPAIR = "Turn inertias that no body can have into the nearest ones that some body has."
+ARGUMENT = "Argument of a xacro file; repeatable."
 PACKAGES = (
     "Folder in which packages of package:// paths are searched; repeatable. "
     "Without it: ROS_PACKAGE_PATH."
@@ -24,9 +28,13 @@ PACKAGES = (
 def inspect(
     robot: Annotated[str | None, typer.Argument(metavar="ROBOT", help=ROBOT)] = None,
     lock: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help=LOCK)] = None,
-    effort_limit: Annotated[float | None, typer.Option(help=EFFORT)] = None,
+    effort_limit: Annotated[
+        list[str] | None, typer.Option(metavar="[NAME=]VALUE", help=EFFORT)
+    ] = None,
     gravity: Annotated[float, typer.Option(help="Acceleration of gravity, in m/s^2.")] = 9.81,
     package_dir: Annotated[list[str] | None, typer.Option(metavar="DIR", help=PACKAGES)] = None,
+    repair: Annotated[bool, typer.Option("--repair", help=REPAIR)] = False,
+    arg: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help=ARGUMENT)] = None,
     as_json: AsJson = False,
 ) -> None:
     """Show an arm: joints, limits, friction, mass, bounds of its mass matrix, warnings.
@@ -42,24 +50,43 @@ def inspect(
         finish(descriptions, print_catalogue, as_json)
         return
     arm = load_arm(
-        robot, lock=_locks(lock or []), effort_limit=effort_limit, gravity=gravity,
-        package_dirs=package_dir or (),
+        robot, lock=_numbers("--lock", lock or []), effort_limit=_efforts(effort_limit or []),
+        gravity=gravity, package_dirs=package_dir or (), repair="project" if repair else None,
+        xacro_args=dict(_pairs("--arg", arg or [], "NAME=VALUE")),
     )  # fmt: skip
     show = partial(print_arm, description=descriptions.get(robot, ""))
     finish(arm_record(arm), show, as_json)
 
 
-def _locks(words: Sequence[str]) -> dict[str, float]:
-    """Joint values from words NAME=VALUE."""
+def _pairs(option: str, words: Sequence[str], expected: str) -> Iterator[tuple[str, str]]:
+    """Names and values of words NAME=VALUE."""
     from ftcfa.errors import ParameterError
 
-    locks = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        if not (name and equals):
+            raise ParameterError(option, word, expected)
+        yield name, value
+
+
+def _numbers(option: str, words: Sequence[str]) -> dict[str, float]:
+    """Numbers by name, of words NAME=VALUE; a name may have = in it."""
+    from ftcfa.errors import ParameterError
+
+    numbers = {}
     for word in words:
         name, _, value = word.rpartition("=")
         try:
-            locks[name] = float(value)
+            numbers[name] = float(value)
         except ValueError:
             name = ""
         if not name:
-            raise ParameterError("--lock", word, "NAME=VALUE with a number [rad or m]")
-    return locks
+            raise ParameterError(option, word, "NAME=VALUE with a number")
+    return numbers
+
+
+def _efforts(words: Sequence[str]) -> float | dict[str, float] | None:
+    """Effort limits: one number for all joints, or numbers by name; None if none are given."""
+    if len(words) == 1 and "=" not in words[0]:
+        return _numbers("--effort-limit", [f"all={words[0]}"])["all"]
+    return _numbers("--effort-limit", words) or None

@@ -86,12 +86,18 @@ def locate(
     return None, path
 
 
-def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
-    package, _, inside = uri.removeprefix("package://").partition("/")
+def package_folders(package_dirs: Sequence[str | os.PathLike[str]]) -> list[Path]:
+    """The folders in which packages are looked for: those given, then ROS_PACKAGE_PATH's."""
     from_ros = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     if isinstance(package_dirs, (str, os.PathLike)):
         package_dirs = [package_dirs]
-    folders = [Path(folder).resolve() for folder in (*package_dirs, *from_ros) if folder]
+    folders = (Path(folder).expanduser() for folder in (*package_dirs, *from_ros) if folder)
+    return [folder.resolve() for folder in folders]
+
+
+def _find_in_packages(uri: str, package_dirs: Sequence[str | os.PathLike[str]]) -> Path:
+    package, _, inside = uri.removeprefix("package://").partition("/")
+    folders = package_folders(package_dirs)
     for folder in folders:
         for root in (folder / package, *([folder] if folder.name == package else [])):
             if (root / inside).is_file():

@@ -4,17 +4,19 @@ Every moving joint j of the file follows q_j = a_j q_i + b_j for one coordinate 
 does not move and has the value b_j (a locked joint, or one that mimics a locked or fixed joint).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import about, is_number, known_name, positive_numbers, vector
+from ftcfa.checks import about, is_number, known_name, positive, positive_numbers, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.urdf.catalogue import CatalogueEntry
 from ftcfa.model.urdf.description import RobotDescription, position_limits
 
+NO_EFFORT = 1e100
+"""Effort limits this large mean "unlimited" [N m or N]."""
 Locks = Mapping[str, float] | Iterable[str]
 EffortLimit = float | Sequence[float] | Mapping[str, float]
 
@@ -119,60 +121,75 @@ def home_position(description: RobotDescription, entry: CatalogueEntry | None, j
 def joint_limits(
     description: RobotDescription, names: tuple[str, ...]
 ) -> tuple[Array, Array, Array]:
-    """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none.
-
-    Raises:
-        UrdfError: If the lower and the upper limit of a joint are equal.
-    """
+    """Lower, upper and velocity limits, shape (n,) each; infinite where the URDF gives none."""
     lower, upper, velocity = np.full((3, len(names)), np.inf)
     for i, name in enumerate(names):
         joint = description.moving_joints[name]
         lower[i], upper[i] = position_limits(joint)
-        if lower[i] == upper[i]:
-            got = f"lower and upper limit are both {lower[i]:g}"
-            remedy = "widen it, or lock the joint"
-            raise UrdfError(description.subject(name), got, "a range to move in", remedy)
         if joint.limit is not None and joint.limit.velocity:
             velocity[i] = joint.limit.velocity
     return lower, upper, velocity
 
 
+def range_faults(description: RobotDescription, names: Iterable[str]) -> Iterator[UrdfError]:
+    """Joints whose lower and upper limit are equal."""
+    for name in names:
+        lower, upper = position_limits(description.moving_joints[name])
+        if lower == upper:
+            got = f"lower and upper limit are both {lower:g}"
+            remedy = "widen it, or lock the joint"
+            yield UrdfError(description.subject(name), got, "a range to move in", remedy)
+
+
 def effort_limits(
     description: RobotDescription, names: tuple[str, ...], effort_limit: EffortLimit | None
 ) -> Array:
-    """u*, shape (n,): the user's value where there is one, else the URDF's.
+    """u*, shape (n,): the user's value where there is one, else the URDF's; NaN without one.
 
     Raises:
-        UrdfError: If the URDF has no effort limit for a joint that needs it.
         UnknownNameError, ParameterError, ShapeError: If ``effort_limit`` names an unknown joint,
             or has a wrong value or shape.
     """
-    if effort_limit is None or isinstance(effort_limit, Mapping):
-        by_name = dict(effort_limit or {})
-        for name in by_name:
-            known_name("effort_limit of joint", name, names, field="effort_limit")
-        effort_limit = [
-            by_name[name] if name in by_name else _urdf_effort(description, name) for name in names
-        ]
-    with about("effort_limit"):
-        limits = vector("effort_limit", effort_limit, len(names))
-        check_effort_limit("effort_limit", limits)
-    return limits
+    if effort_limit is not None and not isinstance(effort_limit, Mapping):
+        with about("effort_limit"):
+            limits = vector("effort_limit", effort_limit, len(names))
+            check_effort_limit("effort_limit", limits)
+        return limits
+    by_name = dict(effort_limit or {})
+    for name, value in by_name.items():
+        known_name("effort_limit of joint", name, names, field="effort_limit")
+        with about("effort_limit"):
+            positive(f"effort_limit of joint '{name}'", value, "N m or N")
+    return np.array([float(by_name.get(name, _urdf_effort(description, name))) for name in names])
+
+
+def _urdf_effort(description: RobotDescription, joint: str) -> float:
+    limit = description.moving_joints[joint].limit
+    effort = 0.0 if limit is None else float(limit.effort or 0.0)
+    return abs(effort) if 0.0 < abs(effort) < NO_EFFORT else np.nan
+
+
+def effort_faults(
+    description: RobotDescription, names: tuple[str, ...], limits: Array
+) -> Iterator[UrdfError]:
+    """One fault with all joints that have no effort limit."""
+    missing = [name for name, limit in zip(names, limits, strict=True) if np.isnan(limit)]
+    if not missing:
+        return
+    which = f"joint '{missing[0]}'" if len(missing) == 1 else f"joints {', '.join(missing)}"
+    remedy = (
+        'write <limit effort="..."> or pass effort_limit, one number or '
+        f'{{"{missing[0]}": value{", ..." if len(missing) > 1 else ""}}} '
+        f"(on the command line --effort-limit 50 or --effort-limit {missing[0]}=50)"
+    )
+    got = "effort limit missing, zero or infinite"
+    yield UrdfError(f"{description.file}: {which}", got, "a positive effort", remedy)
 
 
 def check_effort_limit(subject: str, effort_limit: EffortLimit | Array) -> None:
     """Raise a FtcfaError unless torque limits are positive numbers."""
     values = [*effort_limit.values()] if isinstance(effort_limit, Mapping) else effort_limit
     positive_numbers(subject, values, "N m or N")
-
-
-def _urdf_effort(description: RobotDescription, joint: str) -> float:
-    limit = description.moving_joints[joint].limit
-    if limit is None or not limit.effort:
-        got, expected = "effort limit missing or zero", "a positive effort"
-        remedy = 'write <limit effort="..."> or pass effort_limit'
-        raise UrdfError(description.subject(joint), got, expected, remedy)
-    return float(limit.effort)
 
 
 def joint_friction(description: RobotDescription, joints: Iterable[str], name: str) -> Array:

@@ -5,8 +5,9 @@ The source of an Arm holds the arguments that load it again, with its changes si
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,21 +18,22 @@ from ftcfa.checks import Check, about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import joint_box
-from ftcfa.model.urdf.catalogue import CatalogueEntry, catalogue, locate
-from ftcfa.model.urdf.description import RobotDescription, lint, read_urdf
+from ftcfa.model.urdf.blueprint import Blueprint
+from ftcfa.model.urdf.bodies import Repair, body_faults, physical
+from ftcfa.model.urdf.catalogue import catalogue, locate, package_folders
+from ftcfa.model.urdf.description import RobotDescription, raise_all, read_urdf
 from ftcfa.model.urdf.joints import (
     EffortLimit,
     Locks,
     check_effort_limit,
-    coordinate_map,
-    effort_limits,
-    home_position,
-    joint_friction,
-    joint_limits,
+    effort_faults,
     joint_rules,
     locked_joints,
+    range_faults,
 )
-from ftcfa.model.urdf.model import model_of_urdf
+from ftcfa.model.urdf.lint import lint_bodies, lint_efforts, lint_joints
+from ftcfa.model.urdf.text import is_xacro, read_bytes
+from ftcfa.model.urdf.xacro import expand
 
 SINGULAR = 1e-10
 """A mass matrix scaled to unit diagonal is singular below this eigenvalue."""
@@ -85,11 +87,14 @@ def load_arm(
     gravity: float | Sequence[float] = 9.81,
     effort_limit: EffortLimit | None = None,
     mounting: Mounting = "floor",
+    repair: Repair | None = None,
+    xacro_args: Mapping[str, str] | None = None,
 ) -> Arm:
     """Load a fixed-base arm from its URDF.
 
     Args:
-        robot: An arm of the catalogue (``"panda"``), a path to a URDF, or a ``package://`` path.
+        robot: An arm of the catalogue (``"panda"``), a path to a URDF or a xacro file, or a
+            ``package://`` path.
         lock: Joints that do not move: names with values [rad or m], or names alone, which are
             held at their home position.
         package_dirs: Folders that are searched for ``package://NAME/...``, before those of the
@@ -100,6 +105,12 @@ def load_arm(
         mounting: Orientation of the base in the world: ``"floor"``, ``"wall"``, ``"ceiling"`` or a
             rotation matrix whose columns are the axes of the base. Gravity and the vibration
             stay in world axes, z upwards.
+        repair: ``"project"`` turns inertias that no body can have into the nearest ones that some
+            body has; masses and centres stay. None does so only where M changes by less than
+            NEGLIGIBLE of sqrt(M_ii M_jj), and refuses the file otherwise. Warnings of the arm say
+            what changed.
+        xacro_args: Arguments of a xacro file by name (``{"prefix": "left_"}``). A xacro file needs
+            the extra ``xacro``; it may include files of its own package and of ``package_dirs``.
 
     Raises:
         UrdfError: If the URDF is unusable; the message names file, element and remedy.
@@ -108,7 +119,7 @@ def load_arm(
     """
     return arm_from_source(
         robot, lock=lock, package_dirs=package_dirs, gravity=gravity, effort_limit=effort_limit,
-        mounting=mounting
+        mounting=mounting, repair=repair, xacro_args=xacro_args
     )  # fmt: skip
 
 
@@ -121,6 +132,8 @@ def arm_from_source(
     gravity: Annotated[float | Sequence[float], Check(_gravity_field)] = 9.81,
     effort_limit: Annotated[EffortLimit | None, Check(check_effort_limit)] = None,
     mounting: Annotated[Mounting, Check(_mounting)] = "floor",
+    repair: Repair | None = None,
+    xacro_args: Mapping[str, str] | None = None,
     inertias: npt.ArrayLike | None = None,
     damping: npt.ArrayLike | None = None,
     friction: npt.ArrayLike | None = None,
@@ -132,13 +145,27 @@ def arm_from_source(
     """
     if urdf is not None:
         entry, description = None, read_urdf(Path(robot), urdf.encode())
-        source = {"urdf": urdf, "robot": str(robot)}
+        source: dict[str, Any] = {"urdf": urdf, "robot": str(robot)}
     else:
         entry, file = locate(robot, package_dirs)
         with about("robot"):
-            description = read_urdf(file)
-        source = {"robot": str(robot if entry is not None else file.resolve())}
-    arm = _arm(description, entry, source, lock, gravity, effort_limit, mounting)
+            content = read_bytes(file)
+            source = {"robot": str(robot if entry is not None else file.resolve())}
+            if is_xacro(content):
+                content = expand(file, package_folders(package_dirs), xacro_args or {})
+                source["urdf"] = content.decode()
+            description = read_urdf(file, content)
+    if repair is not None:
+        known_name("repair", repair, get_args(Repair), field="repair")
+        source["repair"] = repair
+    locks = locked_joints(description, entry, lock)
+    with about("gravity"):
+        field = _gravity_field("gravity", gravity)
+    with about("mounting"):
+        turn = _mounting("mounting", mounting)
+    rules = joint_rules(description, locks)
+    plan = Blueprint(description, entry, source, locks, rules, field, turn, effort_limit)
+    arm = _arm(plan, lock, repair)
     if inertias is not None:
         arm = arm.with_inertias(np.asarray(inertias, dtype=float))
     if damping is None and friction is None:
@@ -146,60 +173,34 @@ def arm_from_source(
     return arm.with_joint_friction(damping, friction)
 
 
-def _arm(
-    description: RobotDescription,
-    entry: CatalogueEntry | None,
-    source: Mapping[str, str],
-    lock: Locks | None,
-    gravity: float | Sequence[float],
-    effort_limit: EffortLimit | None,
-    mounting: Mounting,
-) -> Arm:
-    """The arm of a URDF; ``source`` holds the arguments that find the URDF again."""
-    locks = locked_joints(description, entry, lock)
-    rules = joint_rules(description, locks)
-    moving = {name for name, rule in rules.items() if rule.leader is not None}
-    if not moving:
-        field = "lock" if lock else ""
-        remedy = "lock fewer joints" if lock else "export it with movable joints"
-        expected = "at least one free joint"
-        raise UrdfError(str(description.file), "no joint moves", expected, remedy, field=field)
-    with about("gravity"):
-        gravity_field = _gravity_field("gravity", gravity)
-    with about("mounting"):
-        turn = _mounting("mounting", mounting)
-    model = model_of_urdf(description.pinocchio_xml(), gravity_field, turn)
-    joints = list(model.names[1:])
-    names = tuple(name for name in joints if rules[name].leader == name)
-    warnings = lint(description, moving, names)
-    G, g0 = coordinate_map(joints, names, rules)
-    lower, upper, velocity = joint_limits(description, names)
-    effort = effort_limits(description, names, effort_limit)
-    arm = Arm(
-        name=description.robot.name if entry is None else source["robot"],
-        model=model,
-        G=G,
-        g0=g0,
-        joint_names=names,
-        joint_types=tuple(description.moving_joints[name].type for name in names),
-        lower=lower,
-        upper=upper,
-        velocity_limit=velocity,
-        effort_limit=effort,
-        damping=joint_friction(description, joints, "damping"),
-        friction=joint_friction(description, joints, "friction"),
-        home=np.array([home_position(description, entry, name) for name in names]),
-        warnings=warnings,
-        source={
-            **source,
-            "lock": dict(locks),
-            "gravity": gravity_field.tolist(),
-            "effort_limit": effort.tolist(),
-            "mounting": turn.tolist(),
-        },
-    )
+def _arm(plan: Blueprint, lock: Locks | None, repair: Repair | None) -> Arm:
+    """The arm of a plan without faults, with its warnings."""
+    description = plan.description
+    if not any(rule.leader for rule in plan.rules.values()):
+        raise_all([*description.faults, _nothing_moves(description, lock)])
+    arm, moved = plan.arm(), plan.moved()
+    names = arm.joint_names
+    faults = [*description.faults, *range_faults(description, names)]
+    faults += effort_faults(description, names, arm.effort_limit)
+    if not any(link.inertial for link in moved) and not description.faults:
+        got, expected = "no moving link has an <inertial>", "mass and inertia of links"
+        remedy = "add them; CAD exporters compute them from the geometry"
+        faults.append(UrdfError(str(description.file), got, expected, remedy))
+    if faults:
+        raise_all([*faults, *body_faults(description, moved)])
+    arm, repairs = physical(plan, arm, repair)
     _refuse_singular(description, arm)
-    return arm
+    warnings = [*description.warnings, *repairs, *lint_bodies(description, moved)]
+    warnings += [*lint_joints(description, names), *lint_efforts(arm)]
+    return replace(arm, warnings=tuple(warnings))
+
+
+def _nothing_moves(description: RobotDescription, lock: Locks | None) -> UrdfError:
+    got, expected, remedy = "nothing in it can move", "a joint that is not fixed", "export it again"
+    if description.moving_joints:
+        got, expected, remedy = "no joint moves", "at least one free joint", "lock fewer joints"
+    field = "lock" if lock else ""
+    return UrdfError(str(description.file), got, expected, remedy, field=field)
 
 
 def _refuse_singular(description: RobotDescription, arm: Arm) -> None:

@@ -1,20 +1,16 @@
-"""Read the XML of a URDF, keep what dynamics needs and check every attribute of it.
+"""Keep what dynamics needs of a URDF's XML and check every attribute of it."""
 
-Entities, DTDs and the network are refused.
-"""
-
+import re
+from collections.abc import Iterator
 from pathlib import Path
-from textwrap import shorten
 
-import numpy as np
 from lxml import etree
 
 from ftcfa.errors import UrdfError
 
-MAX_BYTES = 32 * 2**20
-MAX_REASON = 160
-"""Length to which a message shortens the text of the XML parser's error."""
 SUPPORTED_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+LARGEST, SMALLEST = 1e100, 1e-100
+"""Sizes of numbers whose squares and quotients a double still holds."""
 
 _KEPT = {
     "link": ("inertial",),
@@ -34,133 +30,123 @@ _REQUIRED = {  # attributes that may not be missing where the element occurs
     "mass": ("value",),
     "inertia": tuple(_INERTIA),
     "axis": ("xyz",),
-    "parent": ("link",),
-    "child": ("link",),
     "mimic": ("joint",),
 }
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+_INFINITE = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
+"""What exporters write in a <limit> for "none"."""
 
 
-def read_xml(file: Path, text: bytes | None = None) -> etree._Element:
-    """The <robot> element of a URDF with only the links, joints and children that dynamics needs.
+def cut_down(root: etree._Element) -> tuple[etree._Element, list[str]]:
+    """Copy of links, joints and those children that dynamics needs, without extra white space.
 
-    Args:
-        file: Path of the file, or its name in messages if ``text`` is given.
-        text: Content of the file; read from it if None.
-
-    Raises:
-        UrdfError: If the file cannot be read, is not a URDF, or has a missing or wrong attribute.
+    Of several children of a kind the first is kept, and a second <inertial> is warned of.
     """
-    root = _cut_down(_parse(file, _read_bytes(file) if text is None else text))
-    _check_elements(file, root)
-    return root
-
-
-def _read_bytes(file: Path) -> bytes:
-    try:
-        with file.expanduser().open("rb") as stream:
-            text = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
-        reason = (getattr(error, "strerror", None) or str(error)).lower().rstrip(".")
-        remedy = "check the path and its permissions"
-        raise UrdfError(str(file), reason, "a readable URDF file", remedy) from error
-    if len(text) > MAX_BYTES:
-        got = f"more than {MAX_BYTES // 2**20} MiB"
-        remedy = "give the URDF itself, not a mesh or an archive"
-        raise UrdfError(str(file), got, "the text of a URDF", remedy)
-    return text
-
-
-def _parse(file: Path, text: bytes) -> etree._Element:
-    parser = etree.XMLParser(
-        resolve_entities=False, load_dtd=False, no_network=True, remove_comments=True
-    )
-    try:
-        root = etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        got = f"not XML ({shorten(error.msg, MAX_REASON)})"
-        remedy = "run `check_urdf` or export the file again"
-        raise UrdfError(str(file), got, "a URDF", remedy) from error
-    if root.getroottree().docinfo.doctype:
-        got = "a DOCTYPE, which could expand or include entities"
-        remedy = "delete the <!DOCTYPE ...> and replace its entities by their values"
-        raise UrdfError(str(file), got, "plain XML", remedy)
-    if root.tag != "robot":
-        remedy = "convert the file to URDF, without a default namespace"
-        raise UrdfError(str(file), f"the root element is <{root.tag}>", "<robot>", remedy)
-    if any("ros.org/wiki/xacro" in str(e.tag) for e in root.iter()):
-        remedy = "run `xacro FILE > arm.urdf` first"
-        raise UrdfError(str(file), "xacro elements", "plain URDF", remedy)
-    return root
-
-
-def _cut_down(root: etree._Element) -> etree._Element:
-    """Copy of links, joints and those children that dynamics needs, without extra white space."""
-    cut = etree.Element("robot", name=root.get("name", "robot"))
-    for element in root:
-        if element.tag in _KEPT:
-            kept = etree.SubElement(cut, element.tag, dict(element.attrib))
-            kept.extend(child for tag in _KEPT[element.tag] for child in element.findall(tag)[:1])
+    cut, warnings = etree.Element("robot", name=root.get("name", "robot")), []
+    for element in root.iterchildren(*_KEPT):
+        kept = etree.SubElement(cut, element.tag, dict(element.attrib))
+        for tag in _KEPT[element.tag]:
+            children = element.findall(tag)
+            kept.extend(children[:1])
+            if tag == "inertial" and len(children) > 1:
+                name = element.get("name")
+                warnings.append(f"link '{name}': {len(children)} <inertial>; the first one counts")
     for element in cut.iter(etree.Element):
         for attribute, value in element.attrib.items():
             element.set(attribute, " ".join(value.split()))
-    return cut
+    return cut, warnings
 
 
-def _check_elements(file: Path, root: etree._Element) -> None:
-    """Refuse missing or malformed names, references and numbers.
-
-    Numbers are rewritten in plain form, so that every other parser reads the checked values.
-    """
+def tree_faults(file: Path, root: etree._Element) -> Iterator[UrdfError]:
+    """Missing and repeated names and references, without which there is no tree."""
     seen: set[tuple[str, str]] = set()
     for element in root:
         name = element.get("name")
         if not name:
             got, expected = f"a <{element.tag}> without a name", f'<{element.tag} name="...">'
-            raise UrdfError(str(file), got, expected)
+            yield UrdfError(str(file), got, expected)
+            continue
         subject = f"{file}: {element.tag} '{name}'"
         if (element.tag, name) in seen:
-            raise UrdfError(subject, "the name occurs twice", "unique names", "rename one of them")
+            yield UrdfError(subject, "the name occurs twice", "unique names", "rename one of them")
         seen.add((element.tag, name))
-        if element.tag == "joint":
-            _check_joint_element(subject, element)
-        elif (inertial := element.find("inertial")) is not None:
-            remedy = "add it, or delete the <inertial> if the link is massless"
-            for tag in ("mass", "inertia"):
-                if inertial.find(tag) is None:
-                    got = f"<inertial> without <{tag}>"
-                    raise UrdfError(subject, got, "<mass> and <inertia>", remedy)
-        for part in element.iter(*_NUMBERS, *_REQUIRED):
-            _check_attributes(subject, part)
+        for tag in ("parent", "child") if element.tag == "joint" else ():
+            end = element.find(tag)
+            if end is None:
+                got, expected = f'no <{tag} link="...">', "a parent and a child link"
+                yield UrdfError(subject, got, expected, f"add the <{tag}>")
+            elif end.get("link") is None:
+                got = f"<{tag}> without 'link'"
+                yield UrdfError(subject, got, f'<{tag} link="...">')
 
 
-def _check_joint_element(subject: str, joint: etree._Element) -> None:
-    kind = joint.get("type")
-    if kind not in SUPPORTED_TYPES:
-        got = f"joint type '{kind}' is not supported"
-        expected = f"one of {', '.join(SUPPORTED_TYPES)}"
-        remedy = "model it with single-axis joints, or make it fixed"
-        raise UrdfError(subject, got, expected, remedy)
-    for tag in ("parent", "child"):
-        if joint.find(tag) is None:
-            got, expected = f'no <{tag} link="...">', "a parent and a child link"
-            raise UrdfError(subject, got, expected, f"add the <{tag}>")
+def element_faults(file: Path, root: etree._Element) -> Iterator[UrdfError]:
+    """Wrong types, and wrong and missing attributes, of links and joints.
+
+    What is wrong is taken out or made harmless, so that the rest can be checked as well. Numbers
+    are rewritten in plain form, so that every other parser reads the checked values.
+    """
+    for element in root:
+        subject = f"{file}: {element.tag} '{element.get('name')}'"
+        if element.tag == "joint" and element.get("type") not in SUPPORTED_TYPES:
+            yield _unsupported(subject, element.get("type"))
+            element.set("type", "fixed")
+        for child in list(element):
+            faults = [*_missing_parts(subject, child)]
+            for part in child.iter(*_NUMBERS, *_REQUIRED):
+                faults += _attribute_faults(subject, part)
+            if faults:
+                element.remove(child)
+            yield from faults
 
 
-def _check_attributes(subject: str, part: etree._Element) -> None:
+def _unsupported(subject: str, kind: str | None) -> UrdfError:
+    got = f"joint type '{kind}' is not supported"
+    expected = f"one of {', '.join(SUPPORTED_TYPES)}"
+    right = (kind or "").lower()
+    remedy = "model it with single-axis joints, or make it fixed"
+    return UrdfError(
+        subject, got, expected, f'write "{right}"' if right in SUPPORTED_TYPES else remedy
+    )
+
+
+def _missing_parts(subject: str, child: etree._Element) -> Iterator[UrdfError]:
+    """The parts that an <inertial> lacks."""
+    if child.tag == "inertial":
+        remedy = "add it, or delete the <inertial> if the link is massless"
+        for tag in ("mass", "inertia"):
+            if child.find(tag) is None:
+                got = f"<inertial> without <{tag}>"
+                yield UrdfError(subject, got, "<mass> and <inertia>", remedy)
+
+
+def _attribute_faults(subject: str, part: etree._Element) -> Iterator[UrdfError]:
     for attribute in _REQUIRED.get(part.tag, ()):
         if part.get(attribute) is None:
             got = f"<{part.tag}> without '{attribute}'"
-            raise UrdfError(subject, got, f'<{part.tag} {attribute}="...">')
+            yield UrdfError(subject, got, f'<{part.tag} {attribute}="...">')
     for attribute, count in _NUMBERS.get(part.tag, {}).items():
         text = part.get(attribute)
         if text is None:
             continue
-        try:
-            numbers = [float(word) for word in text.split()]
-        except ValueError:
-            numbers = []
-        if len(numbers) != count or not np.all(np.isfinite(numbers)):
-            got = f'<{part.tag} {attribute}="{text[:40]}">'
+        words, got = text.split(), f'<{part.tag} {attribute}="{text[:40]}">'
+        numbers = [_number(word, part.tag == "limit") for word in words]
+        if len(numbers) != count or None in numbers:
             expected = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise UrdfError(subject, got, expected, "correct it, or delete it if it is optional")
-        part.set(attribute, " ".join(map(repr, numbers)))
+            remedy = "correct it, or delete it if it is optional"
+            yield UrdfError(subject, got, expected, remedy)
+        elif part.tag != "limit" and not all(map(_has_usual_size, numbers)):
+            expected = f"zero, or sizes from {SMALLEST:g} to {LARGEST:g}"
+            yield UrdfError(subject, got, expected, "a double cannot compute with it")
+        else:
+            part.set(attribute, " ".join(map(repr, numbers)))
+
+
+def _number(word: str, may_be_infinite: bool) -> float | None:
+    """The number that a word is in every parser; None if it is none."""
+    infinite = may_be_infinite and _INFINITE.fullmatch(word)
+    return float(word) if infinite or _NUMBER.fullmatch(word) else None
+
+
+def _has_usual_size(number: float | None) -> bool:
+    return number is not None and (number == 0.0 or SMALLEST <= abs(number) <= LARGEST)

@@ -163,18 +163,18 @@ def test_home_is_zero_or_the_middle_of_a_range_without_zero(urdf: Callable[..., 
         ),
         (
             {"effort_limit": {"elbow": "big"}},
-            ShapeError,
-            "effort_limit: [10.0, 'big'], expected a number or 2 numbers",
+            ParameterError,
+            "effort_limit of joint 'elbow': 'big', expected a number > 0 [N m or N]",
         ),
         (
             {"effort_limit": {"elbow": np.inf}},
-            ShapeError,
-            "effort_limit: [10.0, inf], expected finite numbers",
+            ParameterError,
+            "effort_limit of joint 'elbow': inf, expected a number > 0 [N m or N]",
         ),
         (
             {"effort_limit": {"elbow": 0}},
             ParameterError,
-            "effort_limit: [10.0, 0.0], expected numbers > 0 [N m or N]",
+            "effort_limit of joint 'elbow': 0, expected a number > 0 [N m or N]",
         ),
         (
             {"effort_limit": -1},

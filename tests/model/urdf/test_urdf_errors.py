@@ -28,16 +28,17 @@ FINITE = "correct it, or delete it if it is optional"
 TYPES = "expected one of revolute, continuous, prismatic, fixed"
 SINGLE_AXIS = "model it with single-axis joints, or make it fixed"
 NO_EFFORT = (
-    " joint 'elbow': effort limit missing or zero, expected a positive effort; "
-    'write <limit effort="..."> or pass effort_limit'
+    " joint 'elbow': effort limit missing, zero or infinite, expected a positive effort; "
+    'write <limit effort="..."> or pass effort_limit, one number or {"elbow": value} '
+    "(on the command line --effort-limit 50 or --effort-limit elbow=50)"
 )
+PROJECT = 'or pass repair="project" (--repair): M changes by'
+NO_JOINT = " nothing in it can move, expected a joint that is not fixed; export it again"
 SINGULAR = (
     "expected links with mass and inertia beyond every joint; "
     "give the links it moves an <inertial>, or lock the joint"
 )
 NOT_XML = "expected a URDF; run `check_urdf` or export the file again"
-XACRO = " xacro elements, expected plain URDF; run `xacro FILE > arm.urdf` first"
-NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 BAD = {
     # the file as a whole
@@ -45,30 +46,21 @@ BAD = {
         "hello",
         f" not XML (Start tag expected, '<' not found, line 1, column 1), {NOT_XML}",
     ),
-    "empty": ("", f" not XML (Document is empty, line 1, column 1), {NOT_XML}"),
+    "empty": ("", " an empty file, expected a URDF; export it again"),
     "another format": (
         '<sdf version="1.6"/>',
-        " the root element is <sdf>, expected <robot>; "
-        "convert the file to URDF, without a default namespace",
+        " this is an SDF model, expected a URDF; "
+        "convert it to URDF, or give the URDF it was made from",
     ),
-    "default namespace": (
-        robot(LINKS, SHOULDER, ELBOW, attributes='xmlns="urn:x"'),
-        " the root element is <{urn:x}robot>, expected <robot>; "
-        "convert the file to URDF, without a default namespace",
-    ),
-    "xacro": (robot(LINKS, "<xacro:arm/>", SHOULDER, ELBOW, attributes=NAMESPACE), XACRO),
-    "xacro expression": (
-        with_elbow('<limit lower="${-pi}" upper="1" effort="1"/>'),
-        f" joint 'elbow': <limit lower=\"${{-pi}}\">, expected a finite number; {FINITE}",
+    "another root": (
+        "<machine/>",
+        " the root element is <machine>, expected <robot>; convert the file to URDF",
     ),
     "no links": (robot(), " no links, expected links and joints in <robot>; export it again"),
-    "a single link": (
-        robot(BASE),
-        " no joint moves, expected at least one free joint; export it with movable joints",
-    ),
+    "a single link": (robot(BASE), NO_JOINT),
     "everything fixed": (
         robot(BASE, link("upper"), joint("shoulder", "base", "upper", "fixed")),
-        " no joint moves, expected at least one free joint; export it with movable joints",
+        NO_JOINT,
     ),
     # the tree
     "two roots": (
@@ -78,8 +70,8 @@ BAD = {
     ),
     "a loop": (
         robot(LINKS, SHOULDER, ELBOW, joint("back", "lower", "base")),
-        " link 'base': carried by a loop of joints, not by the root link, expected a tree; "
-        "remove one joint of the loop",
+        " carried by a loop of joints, not by the root link: 'base', 'lower', 'upper', "
+        "expected a tree; remove one joint of the loop",
     ),
     "a loop beside the tree": (
         robot(
@@ -90,8 +82,8 @@ BAD = {
             joint("there", "x", "y"),
             joint("back", "y", "x"),
         ),
-        " link 'x': carried by a loop of joints, not by the root link, expected a tree; "
-        "remove one joint of the loop",
+        " carried by a loop of joints, not by the root link: 'x', 'y', "
+        "expected a tree; remove one joint of the loop",
     ),
     "a link with two parents": (
         robot(LINKS, SHOULDER, ELBOW, joint("strut", "base", "lower")),
@@ -130,8 +122,12 @@ BAD = {
             with_elbow(AXIS_Y + LIMIT, kind),
             f" joint 'elbow': joint type '{kind}' is not supported, {TYPES}; {SINGLE_AXIS}",
         )
-        for kind in ("floating", "planar", "spherical", "Revolute", "")
+        for kind in ("floating", "planar", "spherical", "")
     },
+    "Revolute joint": (
+        with_elbow(AXIS_Y + LIMIT, "Revolute"),
+        f" joint 'elbow': joint type 'Revolute' is not supported, {TYPES}; write \"revolute\"",
+    ),
     "zero axis": (
         with_elbow(f'<axis xyz="0 0 0"/>{LIMIT}'),
         " joint 'elbow': the axis is zero, expected a direction; "
@@ -162,10 +158,7 @@ BAD = {
         with_elbow('<limit lower="-1" upper="1" effort="-3"/>'),
         " joint 'elbow': effort is -3, expected effort >= 0; remove the minus sign",
     ),
-    "infinite effort": (
-        with_elbow('<limit lower="-1" upper="1" effort="inf"/>'),
-        f" joint 'elbow': <limit effort=\"inf\">, expected a finite number; {FINITE}",
-    ),
+    "infinite effort": (with_elbow('<limit lower="-1" upper="1" effort="inf"/>'), NO_EFFORT),
     "negative damping": (
         with_elbow(LIMIT + '<dynamics damping="-1"/>'),
         " joint 'elbow': damping is -1, expected damping >= 0; remove the minus sign",
@@ -197,12 +190,18 @@ BAD = {
     "indefinite inertia": (
         with_upper(link("upper", ixy=0.5)),
         " link 'upper': inertia is not positive definite (smallest eigenvalue -0.4 kg m^2), "
-        "expected principal moments >= 0; correct <inertia>",
+        "expected principal moments >= 0; correct <inertia>, "
+        f"{PROJECT} 0.23 at home and 0.28 at worst, of sqrt(M_ii M_jj)",
     ),
     "triangle inequality": (
         with_upper(link("upper", izz=0.9)),
         " link 'upper': inertia violates the triangle inequality (0.1 + 0.1 < 0.9 kg m^2), "
-        "expected a tensor that a real body can have; recompute <inertia> from the geometry",
+        "expected a tensor that a real body can have; recompute <inertia> from the geometry, "
+        f"{PROJECT} 0.32 at home and 0.38 at worst, of sqrt(M_ii M_jj)",
+    ),
+    "mass in digits of another script": (
+        with_upper(link("upper", "\uff11")),
+        f" link 'upper': <mass value=\"\uff11\">, expected a finite number; {FINITE}",
     ),
     "mass is not a number": (
         with_upper(link("upper", "nan")),
