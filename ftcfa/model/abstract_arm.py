@@ -27,6 +27,7 @@ class AbstractArm(ABC):
     effort_limit: Traceable
     damping: Traceable
     friction: Traceable
+    armature: Traceable
     home: Array
 
     @property
@@ -56,6 +57,10 @@ class AbstractArm(ABC):
         D = G^T diag(d) G,   d: `joint_damping`
         """
         return (self.G.T * self.joint_damping(v)) @ self.G
+
+    def rotor_matrix(self) -> Traceable:
+        """What rotors add to M, G^T diag(armature) G, shape (n, n) [kg m^2 or kg]."""
+        return (self.G.T * self.armature) @ self.G
 
     def joint_damping(self, v: Traceable) -> Traceable:
         """Damping d(v) of each joint of the URDF, shape (N,) [N m s/rad or N s/m].

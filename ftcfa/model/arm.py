@@ -33,7 +33,8 @@ class Arm(AbstractArm):
     The map expresses mimic joints (and with them the paper's absolute angles) and locked joints,
     whose rows of G are zero. Every joint has one coordinate, so q and v are n-vectors.
 
-        M = G^T M_model G,   C = G^T C_model G,   h = G^T h_model,   D = G^T D_model G
+        M = G^T (M_model + diag(armature)) G,   C = G^T C_model G,   h = G^T h_model,
+        D = G^T D_model G
 
     An Arm owns Pinocchio's work space: use it in one thread at a time.
 
@@ -50,6 +51,9 @@ class Arm(AbstractArm):
         effort_limit: The saturation u*, shape (n,) [N m or N].
         damping: Viscous friction of the model's joints, shape (N,) [N m s/rad or N s/m].
         friction: Coulomb friction of the model's joints, shape (N,) [N m or N].
+        armature: Inertia of each model's joint's rotor at the joint, J r^2 for a rotor of inertia J
+            behind a gear of ratio r, shape (N,) [kg m^2 or kg]. Its gyroscopic effect and its
+            coupling with the base are left out.
         home: A posture to start from, shape (n,) [rad or m].
         warnings: Warnings about the URDF.
         source: Arguments that load the arm again, as plain data.
@@ -122,6 +126,17 @@ class Arm(AbstractArm):
         lists = {name: values.tolist() for name, values in changed.items()}
         return replace(self, **changed, source={**(self.source or {}), **lists})
 
+    def with_armature(self, armature: npt.ArrayLike) -> "Arm":
+        """The same arm with other rotor inertias, shape (N,).
+
+        Raises:
+            ShapeError, ParameterError: If the shape is wrong, or an inertia is negative.
+        """
+        values = vector(f"armature of {self.name}", armature, len(self.g0), field="armature")
+        self.check_armature(values)
+        by_name = dict(zip(list(self.model.names)[1:], values.tolist(), strict=True))
+        return replace(self, armature=values, source={**(self.source or {}), "armature": by_name})
+
     def check_inertias(self, inertias: Array) -> None:
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
         check_bodies(f"inertias of {self.name}", inertias, len(self.g0))
@@ -130,6 +145,11 @@ class Arm(AbstractArm):
         """Raise ParameterError unless no coefficient of friction is negative."""
         if not np.all(values >= 0):
             raise ParameterError(f"friction of {self.name}", f"{values.min():g}", "numbers >= 0")
+
+    def check_armature(self, values: Array) -> None:
+        """Raise ParameterError unless no rotor's inertia is negative."""
+        if not np.all(values >= 0):
+            raise ParameterError(f"armature of {self.name}", f"{values.min():g}", "numbers >= 0")
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -165,7 +185,7 @@ class Arm(AbstractArm):
     def mass_matrix(self, q: Array) -> Array:
         """M(q), symmetric positive definite, shape (n, n) [kg m^2 or kg], by CRBA."""
         M = pin.crba(self.model, self._data, self._model_q(q))
-        return self.G.T @ M @ self.G
+        return self.G.T @ M @ self.G + self.rotor_matrix()
 
     def coriolis_matrix(self, q: Array, v: Array) -> Array:
         """C(q, v) with M' - 2 C skew-symmetric, shape (n, n)."""
@@ -185,7 +205,7 @@ class Arm(AbstractArm):
     def regressor(self, q: Array, v: Array, v_r: Array, a_r: Array) -> Array:
         """Y(q, v, v_r, a_r), shape (n, 10 N), linear in the inertial parameters p = `inertias`.
 
-            Y p = M a_r + C(q, v) v_r + h
+            Y p = M a_r + C(q, v) v_r + h,   M of the bodies, without armature
 
         C v_r is bilinear and symmetric in v and v_r (Christoffel's C). It is therefore a quarter of
         the difference between C v at v + v_r and C v at v - v_r. v_r [rad/s or m/s] and a_r
@@ -263,5 +283,6 @@ class Arm(AbstractArm):
         "effort_limit": number_field("effort_limit", check_effort_limit),
         "damping": number_field("damping", check_joint_friction),
         "friction": number_field("friction", check_joint_friction),
+        "armature": number_field("armature", check_armature),
         "inertias": Parameter(with_inertias, check_inertias),
     }

@@ -20,11 +20,12 @@ class LongArm(TracedArm):
 
     def inertial_force(self, q: Traceable, a: Traceable) -> Traceable:
         """M(q) a, shape (n,): see `ftcfa.model.dynamics.inertial_force`."""
-        return array(self._inertial_force(column(q), column(a), self._parameters), 1)
+        force = array(self._inertial_force(column(q), column(a), self._parameters), 1)
+        return force + self.G.T @ (self.armature * (self.G @ a))
 
     @cached_property
     def _inertial_force(self) -> ca.Function:
-        """Function q, a -> M a (n,)."""
+        """Function q, a -> M a of the bodies (n,)."""
         q, a, chain = ca.SX.sym("q", self.n), ca.SX.sym("a", self.n), self.chain
         force = chain.inverse_dynamics(q, ca.SX(self.n, 1), self._bodies, acceleration=a)
         return self._function("inertial_force", [q, a], [chain.G.T @ force])
@@ -33,8 +34,8 @@ class LongArm(TracedArm):
         self, q: Traceable, v: Traceable, impulse: Traceable, step: float
     ) -> Traceable:
         """(M(q) + s D(v))^-1 p, shape (n,): see `ftcfa.model.dynamics.impulse_response`."""
-        damping = step * column(self.joint_damping(v))[self.chain.moving]
-        return array(self._response(column(q), column(impulse), damping, self._parameters), 1)
+        added = column(self.armature + step * self.joint_damping(v))[self.chain.moving]
+        return array(self._response(column(q), column(impulse), added, self._parameters), 1)
 
     @cached_property
     def _response(self) -> ca.Function:

@@ -53,13 +53,13 @@ class TracedArm(AbstractArm):
 
     varies: ClassVar[Parameters] = {
         **number_fields("home", "lower", "upper", "velocity_limit"),
-        **number_fields("effort_limit", "damping", "friction"),
+        **number_fields("effort_limit", "damping", "friction", "armature"),
         "inertias": Parameter(with_bodies, prepare=regrouped),
     }
 
     @cached_property
     def _inertia(self) -> ca.Function:
-        """Function q -> M (n, n), M_qb (n, 6)."""
+        """Function q -> M of the bodies (n, n), M_qb (n, 6)."""
         q, G = ca.SX.sym("q", self.n), self.chain.G
         M, coupling = self.chain.composite_inertia(q, self._bodies)
         return self._function("inertia", [q], [G.T @ M @ G, G.T @ coupling])
@@ -95,7 +95,7 @@ class TracedArm(AbstractArm):
 
     def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (n, n)."""
-        return array(self._inertia(column(q), self._parameters)[0], 2)
+        return array(self._inertia(column(q), self._parameters)[0], 2) + self.rotor_matrix()
 
     def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) from Christoffel's symbols, shape (n, n).
@@ -127,7 +127,7 @@ class TracedArm(AbstractArm):
 
     @cached_property
     def _regressor(self) -> ca.Function:
-        """Function q, v, v_r, a_r -> Jacobian of M a_r + C v_r + h in the inertial parameters."""
+        """Function q, v, v_r, a_r -> Jacobian of the bodies' M a_r + C v_r + h in p."""
         q, v, w, a = (ca.SX.sym(name, self.n) for name in ("q", "v", "w", "a"))
         chain, regrouping = self.chain, ca.sparsify(ca.DM(self.chain.regrouping))
         p = ca.SX.sym("p", regrouping.shape[1])

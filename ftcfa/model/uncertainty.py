@@ -25,7 +25,7 @@ from ftcfa.streams import ROBOT, Words, normals_of_paths
 Distribution = Literal["log-normal", "bounded"]
 DEVIATES = 12
 """Number of deviates of a joint and its body: mass, centre (3), strains (3), shears (3), damping
-and Coulomb friction."""
+and Coulomb friction; one for each rotor follows."""
 STRAIN_DEVIATIONS = [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]]
 """Standard deviations of strains and shears for a spread of one."""
 FRICTION_DEVIATES = {"damping": 10, "friction": 11}
@@ -54,6 +54,7 @@ class Uncertainty(Part):
         centre    c -> c + s n, for each coordinate
         shape     x - c -> exp(E) (x - c),   E_ii = s n,   E_ij = E_ji = s n / sqrt(2)
         friction  as the mass, for damping and Coulomb friction of every joint
+        armature  as the mass, for the rotor inertia of every joint
 
     The inertia of a draw is that of the deformed body, so every draw is a possible robot, and mass,
     centre and inertia are correlated as in a body (`changed_pseudo_inertia`). The normal strain of
@@ -64,6 +65,7 @@ class Uncertainty(Part):
         centre: Spread of the centre of mass [m].
         shape: Spread of the strain of each body's distribution of mass.
         friction: Relative spread of damping and Coulomb friction.
+        armature: Relative spread of the rotor inertias.
         payload: Smallest and largest mass of a point mass, uniform in between [kg]; None for none.
         payload_frame: Link or joint that carries the payload. By default it is the tip: of the
             frames that the most joints move, the one with the longest distance from the base along
@@ -79,6 +81,7 @@ class Uncertainty(Part):
     centre: Annotated[float, Check(check_spread, "m")] = 0.0
     shape: Annotated[float, Check(check_spread)] = 0.0
     friction: Annotated[float, Check(check_spread)] = 0.0
+    armature: Annotated[float, Check(check_spread)] = 0.0
     payload: Annotated[tuple[float, float] | None, Check(check_payload, "kg")] = None
     payload_frame: str | None = None
     payload_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -86,7 +89,7 @@ class Uncertainty(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("mass", "friction"):
+        for name in ("mass", "friction", "armature"):
             if self.distribution == "bounded" and getattr(self, name) >= 1:
                 subject, got = f"Uncertainty {name}", repr(getattr(self, name))
                 remedy = 'take distribution="log-normal" for larger spreads'
@@ -115,7 +118,7 @@ class Uncertainty(Part):
 
         Returns:
             ``inertias``, shape (paths, N, 10), and, where ``friction`` is uncertain and the arm has
-            it, ``damping`` and ``friction``, shape (paths, N).
+            it, ``damping`` and ``friction``, shape (paths, N); likewise ``armature``.
 
         Raises:
             UnknownNameError, ParameterError: As in `check`, or if a seed or path is out of range.
@@ -130,7 +133,10 @@ class Uncertainty(Part):
     def robot(self, arm: Arm, seed: int, path: int) -> Arm:
         """The robot of one path; see `draw`."""
         drawn = {name: values[0] for name, values in self.draw(arm, seed, [path]).items()}
-        return arm.with_inertias(drawn.pop("inertias")).with_joint_friction(**drawn)
+        arm = arm.with_inertias(drawn.pop("inertias"))
+        if "armature" in drawn:
+            arm = arm.with_armature(drawn.pop("armature"))
+        return arm.with_joint_friction(**drawn)
 
     def check(self, arm: Arm) -> None:
         """Raise unless an arm has every uncertain quantity.
@@ -147,6 +153,10 @@ class Uncertainty(Part):
             expected = "an arm with damping or Coulomb friction"
             remedy = "write <dynamics> into its URDF, or leave friction out"
             raise ParameterError(subject, "no friction", expected, remedy, field="friction")
+        if self.armature > 0 and not arm.armature.any():
+            subject, remedy = f"uncertain armature of {arm.name}", "pass armature to load_arm"
+            expected = "an arm with rotor inertias"
+            raise ParameterError(subject, "no armature", expected, remedy, field="armature")
         if self.payload is not None:
             self._carrier(arm)
 
@@ -166,9 +176,9 @@ class Uncertainty(Part):
 
     def _draw(self, arm: Arm, seed: int, paths: Words) -> dict[str, Array]:
         N = len(arm.g0)
-        normals = normals_of_paths(seed, paths, ROBOT, 1 + DEVIATES * N)
-        n = normals[:, 1:].reshape(len(paths), N, DEVIATES)
-        n = n if self.distribution == "log-normal" else 2.0 * normal_cdf(n) - 1.0
+        normals = normals_of_paths(seed, paths, ROBOT, 1 + (DEVIATES + 1) * N)
+        all_n = normals[:, 1:] if self.distribution == "log-normal" else _uniform(normals[:, 1:])
+        n = all_n[:, : DEVIATES * N].reshape(len(paths), N, DEVIATES)
         J = changed_pseudo_inertia(
             pseudo_inertia(arm.inertias),
             self._factor(self.mass, n[..., 0]),
@@ -187,10 +197,18 @@ class Uncertainty(Part):
             for name, nominal in _friction_of(arm).items():
                 deviates = n[..., FRICTION_DEVIATES[name]]
                 drawn[name] = nominal * self._factor(self.friction, deviates)
+        if self.armature > 0:
+            factor = self._factor(self.armature, all_n[:, DEVIATES * N :])
+            drawn["armature"] = arm.armature * factor
         return drawn
 
     def _factor(self, spread: float, n: Array) -> Array:
         return exp(spread * n) if self.distribution == "log-normal" else 1.0 + spread * n
+
+
+def _uniform(n: Array) -> Array:
+    """Uniform deviates on [-1, 1] of normal ones."""
+    return 2.0 * normal_cdf(n) - 1.0
 
 
 def _friction_of(arm: Arm) -> dict[str, Array]:

@@ -18,10 +18,11 @@ COLUMNS = {
     "effort_limit": (".4g", "effort", "N m", "N"),
     "damping": (".3g", "damping", "Nms/rad", "N s/m"),
     "friction": (".3g", "friction", "N m", "N"),
+    "armature": (".3g", "armature", "kg m^2", "kg"),
     "home": (".3f", "home", "rad", "m"),
 }
 """Columns of numbers: format, header, unit of revolute joints and unit of prismatic joints."""
-OF_EVERY_JOINT = ("damping", "friction")
+OF_EVERY_JOINT = ("damping", "friction", "armature")
 """Columns whose arrays have an entry for each joint of the model, not for each moving joint."""
 NAMED_ZEROS = 4
 """Number of joints locked at zero that the table names, of the dozens of a hand."""

@@ -65,10 +65,12 @@ def load(tmp_path):
     return load
 
 
-@pytest.fixture(params=["turning", "sliding too", "branched", "locked inside"])
+@pytest.fixture(params=["turning", "with rotors", "sliding too", "branched", "locked inside"])
 def long_arm(request, load):
     if request.param == "turning":
         return load(LONG)
+    if request.param == "with rotors":
+        return load(LONG).with_armature(np.linspace(0.0, 0.5, LONG))
     if request.param == "sliding too":
         return load(LONG + 2, ("revolute", "continuous", "prismatic"))
     if request.param == "branched":

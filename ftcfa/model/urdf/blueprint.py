@@ -12,11 +12,12 @@ from ftcfa.model.arm import Arm
 from ftcfa.model.urdf.catalogue import CatalogueEntry
 from ftcfa.model.urdf.description import RobotDescription, carried_by
 from ftcfa.model.urdf.joints import (
-    EffortLimit,
     JointRule,
+    JointValues,
     coordinate_map,
     effort_limits,
     home_position,
+    joint_armature,
     joint_friction,
     joint_limits,
 )
@@ -36,6 +37,7 @@ class Blueprint:
         gravity: The gravity field, shape (3,) [m/s^2].
         mounting: Orientation of the base in the world, shape (3, 3).
         effort_limit: Torque limits that override those of the URDF.
+        armature: Rotor inertias that override those of the catalogue and the URDF.
     """
 
     description: RobotDescription
@@ -45,7 +47,8 @@ class Blueprint:
     rules: Mapping[str, JointRule]
     gravity: Array
     mounting: Array
-    effort_limit: EffortLimit | None
+    effort_limit: JointValues | None
+    armature: JointValues | None
 
     def moved(self) -> list[Link]:
         """The links that some coordinate moves."""
@@ -63,6 +66,10 @@ class Blueprint:
         G, g0 = coordinate_map(joints, names, self.rules)
         lower, upper, velocity = joint_limits(description, names)
         effort = effort_limits(description, names, self.effort_limit)
+        armature = joint_armature(description, entry, joints, names, self.armature)
+        rotors: dict[str, Any] = {}
+        if self.armature is not None or armature.any():
+            rotors["armature"] = dict(zip(joints, armature.tolist(), strict=True))
         return Arm(
             name=description.robot.name if entry is None else self.source["robot"],
             model=model,
@@ -76,6 +83,7 @@ class Blueprint:
             effort_limit=effort,
             damping=joint_friction(description, joints, "damping"),
             friction=joint_friction(description, joints, "friction"),
+            armature=armature,
             home=np.array([home_position(description, entry, name) for name in names]),
             source={
                 **self.source,
@@ -83,5 +91,6 @@ class Blueprint:
                 "gravity": self.gravity.tolist(),
                 "effort_limit": effort.tolist(),
                 "mounting": self.mounting.tolist(),
+                **rotors,
             },
         )

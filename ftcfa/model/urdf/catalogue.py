@@ -25,6 +25,7 @@ class CatalogueEntry:
     package: bool = False
     joints: tuple[str, ...] = ()  # joints that move, empty: all; the others are locked at home
     home: Mapping[str, float] = field(default_factory=dict)  # of any joint [rad or m]
+    armature: Mapping[str, float] = field(default_factory=dict)  # J r^2 of rotors [kg m^2 or kg]
 
     def path(self) -> Path:
         """Path of the URDF on this machine."""

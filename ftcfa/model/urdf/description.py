@@ -44,6 +44,18 @@ class RobotDescription:
         """The joints that are not fixed, by name, in the order of the file."""
         return {joint.name: joint for joint in self.robot.joints if joint.type != "fixed"}
 
+    @cached_property
+    def armature(self) -> dict[str, float]:
+        """Rotor inertia J r^2 by joint, of the <transmission> elements [kg m^2 or kg]."""
+        found = {}
+        for transmission in self.root.iterchildren("transmission"):
+            values = {part.tag: float(part.get("value")) for part in transmission}
+            if len(values) == 2:  # none of them was wrong
+                found[transmission.get("joint")] = (
+                    values["rotor_inertia"] * values["gear_ratio"] ** 2
+                )
+        return {name: value for name, value in found.items() if name in self.moving_joints}
+
     @property
     def text(self) -> str:
         """Text of the URDF with only what dynamics needs; it loads as the same robot.
@@ -60,7 +72,7 @@ class RobotDescription:
         Continuous joints become revolute (one coordinate, not cosine and sine). Mimic, limit and
         dynamics tags are removed, because the Arm has coordinates, limits and friction itself.
         """
-        root = copy.deepcopy(self.root)
+        root = _without_rotors(self.root)
         for joint in root.findall("joint"):
             etree.strip_elements(joint, "mimic", "limit", "dynamics")
             if joint.get("type") != "fixed":
@@ -92,7 +104,7 @@ def read_urdf(file: Path, content: bytes | None = None) -> RobotDescription:
     faults += element_faults(file, root)
     if not whole:
         raise_all(faults)
-    stream = io.BytesIO(etree.tostring(root, encoding="utf-8"))
+    stream = io.BytesIO(etree.tostring(_without_rotors(root), encoding="utf-8"))
     robot = yourdfpy.URDF.load(stream, build_scene_graph=False, load_meshes=False).robot
     loose = [*_loose_ends(file, robot)]
     faults += loose
@@ -101,6 +113,13 @@ def read_urdf(file: Path, content: bytes | None = None) -> RobotDescription:
     if loose:
         raise_all(faults)
     return RobotDescription(file, robot, root, tuple(warnings + more), tuple(faults))
+
+
+def _without_rotors(root: etree._Element) -> etree._Element:
+    """Copy of a tree with nothing but links and joints, for other parsers."""
+    root = copy.deepcopy(root)
+    etree.strip_elements(root, "transmission")
+    return root
 
 
 def raise_all(faults: Sequence[UrdfError]) -> None:

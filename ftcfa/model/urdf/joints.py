@@ -10,7 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Array
-from ftcfa.checks import about, is_number, known_name, positive, positive_numbers, vector
+from ftcfa.checks import (
+    about,
+    is_number,
+    known_name,
+    not_negative,
+    positive,
+    positive_numbers,
+    vector,
+)
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.urdf.catalogue import CatalogueEntry
 from ftcfa.model.urdf.description import RobotDescription, position_limits
@@ -18,7 +26,8 @@ from ftcfa.model.urdf.description import RobotDescription, position_limits
 NO_EFFORT = 1e100
 """Effort limits this large mean "unlimited" [N m or N]."""
 Locks = Mapping[str, float] | Iterable[str]
-EffortLimit = float | Sequence[float] | Mapping[str, float]
+JointValues = float | Sequence[float] | Mapping[str, float]
+"""One number, one for each coordinate, or some by joint name."""
 
 
 class JointRule(NamedTuple):
@@ -142,7 +151,7 @@ def range_faults(description: RobotDescription, names: Iterable[str]) -> Iterato
 
 
 def effort_limits(
-    description: RobotDescription, names: tuple[str, ...], effort_limit: EffortLimit | None
+    description: RobotDescription, names: tuple[str, ...], effort_limit: JointValues | None
 ) -> Array:
     """u*, shape (n,): the user's value where there is one, else the URDF's; NaN without one.
 
@@ -186,7 +195,41 @@ def effort_faults(
     yield UrdfError(f"{description.file}: {which}", got, "a positive effort", remedy)
 
 
-def check_effort_limit(subject: str, effort_limit: EffortLimit | Array) -> None:
+def joint_armature(
+    description: RobotDescription,
+    entry: CatalogueEntry | None,
+    joints: Sequence[str],
+    coordinates: Sequence[str],
+    armature: JointValues | None,
+) -> Array:
+    """Rotor inertia J r^2 of each joint, shape (N,): the user's, else the catalogue's or URDF's.
+
+    Raises:
+        UnknownNameError, ParameterError, ShapeError: If ``armature`` names an unknown joint, or has
+            a wrong value or shape.
+    """
+    known = {**description.armature, **(entry.armature if entry is not None else {})}
+    if isinstance(armature, Mapping):
+        for name in armature:
+            known_name("armature of joint", name, joints, field="armature")
+        known |= armature
+    elif armature is not None:
+        with about("armature"):
+            values = vector("armature", armature, len(coordinates))
+        known |= dict(zip(coordinates, values.tolist(), strict=True))
+    with about("armature"):
+        check_armature("armature", known)
+    return np.array([float(known.get(name, 0.0)) for name in joints])
+
+
+def check_armature(subject: str, armature: JointValues) -> None:
+    """Raise a FtcfaError unless rotor inertias are numbers from zero up."""
+    given = armature.values() if isinstance(armature, Mapping) else np.ravel(armature)
+    for value in given:
+        not_negative(subject, value, "kg m^2 or kg")
+
+
+def check_effort_limit(subject: str, effort_limit: JointValues | Array) -> None:
     """Raise a FtcfaError unless torque limits are positive numbers."""
     values = [*effort_limit.values()] if isinstance(effort_limit, Mapping) else effort_limit
     positive_numbers(subject, values, "N m or N")

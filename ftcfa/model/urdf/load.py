@@ -23,8 +23,9 @@ from ftcfa.model.urdf.bodies import Repair, body_faults, physical
 from ftcfa.model.urdf.catalogue import catalogue, locate, package_folders
 from ftcfa.model.urdf.description import RobotDescription, raise_all, read_urdf
 from ftcfa.model.urdf.joints import (
-    EffortLimit,
+    JointValues,
     Locks,
+    check_armature,
     check_effort_limit,
     effort_faults,
     joint_rules,
@@ -85,7 +86,8 @@ def load_arm(
     lock: Locks | None = None,
     package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: float | Sequence[float] = 9.81,
-    effort_limit: EffortLimit | None = None,
+    effort_limit: JointValues | None = None,
+    armature: JointValues | None = None,
     mounting: Mounting = "floor",
     repair: Repair | None = None,
     xacro_args: Mapping[str, str] | None = None,
@@ -102,6 +104,9 @@ def load_arm(
         gravity: Downward acceleration, or the gravity field in world axes, shape (3,) [m/s^2].
         effort_limit: Torque limits u* that override those of the URDF: one number, n numbers, or
             some by joint name [N m or N].
+        armature: Rotor inertias J r^2 at the joints, for rotors of inertia J behind gears of ratio
+            r, in the same forms [kg m^2 or kg]. Without it: the catalogue's, and those of the
+            URDF's <transmission> elements (drake:rotor_inertia, drake:gear_ratio).
         mounting: Orientation of the base in the world: ``"floor"``, ``"wall"``, ``"ceiling"`` or a
             rotation matrix whose columns are the axes of the base. Gravity and the vibration
             stay in world axes, z upwards.
@@ -119,7 +124,7 @@ def load_arm(
     """
     return arm_from_source(
         robot, lock=lock, package_dirs=package_dirs, gravity=gravity, effort_limit=effort_limit,
-        mounting=mounting, repair=repair, xacro_args=xacro_args
+        armature=armature, mounting=mounting, repair=repair, xacro_args=xacro_args
     )  # fmt: skip
 
 
@@ -130,7 +135,8 @@ def arm_from_source(
     lock: Locks | None = None,
     package_dirs: Sequence[str | os.PathLike[str]] = (),
     gravity: Annotated[float | Sequence[float], Check(_gravity_field)] = 9.81,
-    effort_limit: Annotated[EffortLimit | None, Check(check_effort_limit)] = None,
+    effort_limit: Annotated[JointValues | None, Check(check_effort_limit)] = None,
+    armature: Annotated[JointValues | None, Check(check_armature)] = None,
     mounting: Annotated[Mounting, Check(_mounting)] = "floor",
     repair: Repair | None = None,
     xacro_args: Mapping[str, str] | None = None,
@@ -164,7 +170,7 @@ def arm_from_source(
     with about("mounting"):
         turn = _mounting("mounting", mounting)
     rules = joint_rules(description, locks)
-    plan = Blueprint(description, entry, source, locks, rules, field, turn, effort_limit)
+    plan = Blueprint(description, entry, source, locks, rules, field, turn, effort_limit, armature)
     arm = _arm(plan, lock, repair)
     if inertias is not None:
         arm = arm.with_inertias(np.asarray(inertias, dtype=float))
@@ -191,6 +197,8 @@ def _arm(plan: Blueprint, lock: Locks | None, repair: Repair | None) -> Arm:
     arm, repairs = physical(plan, arm, repair)
     _refuse_singular(description, arm)
     warnings = [*description.warnings, *repairs, *lint_bodies(description, moved)]
+    for name, value in description.armature.items():
+        warnings.append(f"joint '{name}': rotor inertia {value:.4g} of its <transmission> is in M")
     warnings += [*lint_joints(description, names), *lint_efforts(arm)]
     return replace(arm, warnings=tuple(warnings))
 
@@ -241,5 +249,5 @@ def is_as_loaded(arm: Arm) -> bool:
 def _quantities(arm: Arm) -> list[Any]:
     """Quantities that must be the same when an Arm is loaded again."""
     tree = arm.tree()
-    own = (arm.G, arm.g0, arm.effort_limit, arm.damping, arm.friction, arm.inertias)
+    own = (arm.G, arm.g0, arm.effort_limit, arm.damping, arm.friction, arm.armature, arm.inertias)
     return [*own, tree.parents, tree.rotations, tree.translations, tree.axes, tree.gravity]

@@ -25,7 +25,10 @@ _NUMBERS = {  # attributes that must be numbers, and how many
     "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
     "dynamics": {"damping": 1, "friction": 1},
     "mimic": {"multiplier": 1, "offset": 1},
+    "rotor_inertia": {"value": 1},
+    "gear_ratio": {"value": 1},
 }
+_ROTOR = ("rotor_inertia", "gear_ratio")
 _REQUIRED = {  # attributes that may not be missing where the element occurs
     "mass": ("value",),
     "inertia": tuple(_INERTIA),
@@ -51,16 +54,31 @@ def cut_down(root: etree._Element) -> tuple[etree._Element, list[str]]:
             if tag == "inertial" and len(children) > 1:
                 name = element.get("name")
                 warnings.append(f"link '{name}': {len(children)} <inertial>; the first one counts")
+    cut.extend(_rotors(root))
     for element in cut.iter(etree.Element):
         for attribute, value in element.attrib.items():
             element.set(attribute, " ".join(value.split()))
     return cut, warnings
 
 
+def _rotors(root: etree._Element) -> Iterator[etree._Element]:
+    """<transmission joint="..."> with <rotor_inertia> and <gear_ratio>, from Drake's elements."""
+    for transmission in root.iterchildren("transmission"):
+        parts = {e.tag.rpartition("}")[2].rpartition(":")[2]: e for e in transmission.iter()}
+        joint = parts.get("joint")
+        name = None if joint is None else joint.get("name") or joint.text
+        if name is not None and "rotor_inertia" in parts:
+            rotor = etree.Element("transmission", joint=name, name=name)
+            for tag in _ROTOR:
+                value = parts[tag].get("value", "") if tag in parts else "1"
+                etree.SubElement(rotor, tag, value=value)
+            yield rotor
+
+
 def tree_faults(file: Path, root: etree._Element) -> Iterator[UrdfError]:
     """Missing and repeated names and references, without which there is no tree."""
     seen: set[tuple[str, str]] = set()
-    for element in root:
+    for element in root.iterchildren(*_KEPT):
         name = element.get("name")
         if not name:
             got, expected = f"a <{element.tag}> without a name", f'<{element.tag} name="...">'
