@@ -1,7 +1,13 @@
 """The exception tree: every error says what, what was got, what was expected, and the remedy."""
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Mapping
+
+LONGEST = 400
+"""Characters of one part of a sentence; its middle is left out beyond."""
+UNSEEN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+"""Unicode's categories of control characters, bidirectional marks and line separators."""
 
 
 class FtcfaError(Exception):
@@ -27,12 +33,12 @@ class FtcfaError(Exception):
         self.remedy = remedy
 
     def __str__(self) -> str:
-        sentence = f"{self.subject}: {self.got}"
+        sentence = f"{shortened(self.subject)}: {shortened(self.got)}"
         if self.expected:
             sentence += f", expected {self.expected}"
         if self.remedy:
             sentence += f"; {self.remedy}"
-        return sentence
+        return plain(sentence)
 
 
 class UrdfError(FtcfaError):
@@ -86,6 +92,22 @@ class ExperimentError(CompoundError):
 
 class CompoundUrdfError(CompoundError, UrdfError):
     """All that is wrong with a URDF, where it is more than one thing."""
+
+
+def plain(text: str) -> str:
+    """A text in one line, as it is written: what a terminal would obey or turn is escaped."""
+    return "".join(
+        character.encode("unicode_escape").decode()
+        if unicodedata.category(character) in UNSEEN
+        else character
+        for character in text
+    )
+
+
+def shortened(text: str) -> str:
+    """A text without its middle if it is longer than LONGEST."""
+    half = LONGEST // 2
+    return text if len(text) <= LONGEST else f"{text[:half]}...{text[-half:]}"
 
 
 def one_of(known: Iterable[object]) -> str:

@@ -11,6 +11,9 @@ from ftcfa.model.mass_matrix_bounds import joint_box
 SAMPLES = 256
 """Number of random postures beside home."""
 
+ROUNDING = 1e-12
+"""Forces below this share of the largest one are rounding errors."""
+
 
 class GravityLoad(NamedTuple):
     """Largest |h(q)| of each joint, shape (n,) [N m or N]."""
@@ -22,5 +25,6 @@ class GravityLoad(NamedTuple):
 def gravity_load(arm: Arm) -> GravityLoad:
     """Gravity's force on each joint at home, and at worst over random postures of the range."""
     box = np.random.default_rng(0).uniform(*joint_box(arm), (SAMPLES, arm.n))
-    home = np.abs(arm.potential_force(arm.home))
-    return GravityLoad(home, np.max([home, *(np.abs(arm.potential_force(q)) for q in box)], axis=0))
+    loads = np.abs([arm.potential_force(q) for q in (arm.home, *box)])
+    loads = np.where(loads > ROUNDING * loads.max(), loads, 0.0)
+    return GravityLoad(loads[0], loads.max(axis=0))

@@ -7,15 +7,18 @@ import numpy as np
 from rich.console import Console
 
 from ftcfa.model.arm import Arm
+from ftcfa.model.gravity_load import GravityLoad, gravity_load
 from ftcfa.model.mass_matrix_bounds import mass_matrix_bounds
 from ftcfa.report.records import finite
 from ftcfa.report.terminal import number, print_facts, print_line, print_table
 
+GRAVITY = "gravity_load"
 COLUMNS = {
     "lower": (".3f", "lower", "rad", "m"),
     "upper": (".3f", "upper", "rad", "m"),
-    "velocity_limit": (".4g", "velocity", "rad/s", "m/s"),
+    "velocity_limit": (".4g", "speed", "rad/s", "m/s"),
     "effort_limit": (".4g", "effort", "N m", "N"),
+    GRAVITY: (".3g", "load", "N m", "N"),
     "damping": (".3g", "damping", "Nms/rad", "N s/m"),
     "friction": (".3g", "friction", "N m", "N"),
     "armature": (".3g", "armature", "kg m^2", "kg"),
@@ -37,10 +40,13 @@ def arm_record(arm: Arm) -> dict[str, Any]:
     locked = [name for name, row in zip(names, arm.G, strict=True) if not row.any()]
     mimics = [name for name in names if name not in (*arm.joint_names, *locked)]
     Mmin, Mmax = mass_matrix_bounds(arm)
+    load = gravity_load(arm)
     return {
         "name": arm.name,
         "source": dict(arm.source or {}),
-        "joints": [_joint(arm, i, names.index(name)) for i, name in enumerate(arm.joint_names)],
+        "joints": [
+            _joint(arm, i, names.index(name), load) for i, name in enumerate(arm.joint_names)
+        ],
         "locked": {name: float(arm.g0[names.index(name)]) for name in locked},
         "mimic": {name: _mimic(arm, names.index(name)) for name in mimics},
         "moving_mass": arm.moving_mass,
@@ -49,11 +55,12 @@ def arm_record(arm: Arm) -> dict[str, Any]:
     }
 
 
-def _joint(arm: Arm, i: int, row: int) -> dict[str, Any]:
+def _joint(arm: Arm, i: int, row: int, load: GravityLoad) -> dict[str, Any]:
     """Record of the moving joint i, whose joint of the model is number ``row``."""
-    places = {key: row if key in OF_EVERY_JOINT else i for key in COLUMNS}
+    places = {key: row if key in OF_EVERY_JOINT else i for key in COLUMNS if key != GRAVITY}
     numbers = {key: finite(getattr(arm, key)[place]) for key, place in places.items()}
-    return {"name": arm.joint_names[i], "type": arm.joint_types[i], **numbers}
+    loads = {GRAVITY: float(load.worst[i]), f"{GRAVITY}_at_home": float(load.home[i])}
+    return {"name": arm.joint_names[i], "type": arm.joint_types[i], **numbers, **loads}
 
 
 def _mimic(arm: Arm, row: int) -> dict[str, Any]:
@@ -114,6 +121,7 @@ def _facts(record: Mapping[str, Any], absent: list[str]) -> list[tuple[str, str]
         ("moving mass", f"{record['moving_mass']:.4g} kg"),
         ("Mmin, Mmax", f"{extremes} (extreme eigenvalues of M over the joint range)"),
     ]
+    facts.append(("load", "largest force of gravity found over the joint range"))
     if absent:
         facts.append((" and ".join(absent), "none in the URDF"))
     if gravity := record["source"].get("gravity"):

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from ftcfa.arrays import Array
-from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, page
+from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, literal, page
 from ftcfa.study.outcomes import OUTCOMES, WORDS
 from ftcfa.study.summary import settled_in_mean_square, settling
 
@@ -111,7 +111,7 @@ def _draw_torque(ax: Axes, dataset: xr.Dataset, effort_limit: Array) -> None:
     one, limit = dataset["u_quantile"][0].isel(joint=joint), float(effort_limit[joint])
     unit = "N" if str(one["joint_type"].item()) == "prismatic" else "N m"
     _draw_fan(ax, one)
-    ax.set_title(f"torque of {one['joint'].item()}, quantiles as above", parse_math=False)
+    ax.set_title(f"torque of {literal(one['joint'].item())}, quantiles as above")
     ax.set_ylabel(f"$u$  [{unit}]")
     if np.isfinite(limit):
         draw_level(ax, limit, f"$u^*$ = {limit:g} {unit}")

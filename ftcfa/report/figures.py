@@ -16,6 +16,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 
 from ftcfa.arrays import Array
+from ftcfa.errors import plain
 from ftcfa.report.records import summary_file
 
 BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
@@ -97,6 +98,11 @@ def label_level(ax: Axes, height: float, label: str, color: str = INK, above: bo
     )  # fmt: skip
 
 
+def literal(name: str) -> str:
+    """A name as it is written, where a figure would read mathematics between dollar signs."""
+    return plain(name).replace("$", r"\$")
+
+
 def rendered(figure: Figure) -> dict[str, bytes]:
     """A figure as PNG and as SVG, by suffix; the same figure gives the same bytes."""
     files = {}
@@ -123,7 +129,7 @@ def tracking(path: xr.Dataset, title: str, note: str) -> Figure:
         for ax in row:
             ax.plot(one["time"], one["q_d"], color=LIGHT, linewidth=3.2, label="desired $q_d$")
             ax.plot(one["time"], one["q"], color=BLUE, label="measured $q$")
-        row[0].set_ylabel(f"{joint} [{_unit(one, 'q')}]")
+        row[0].set_ylabel(f"{literal(joint)} [{_unit(one, 'q')}]")
     figure.legend(*axes[0][0].get_legend_handles_labels(), **_KEY)
     return figure
 
@@ -137,7 +143,7 @@ def torque(path: xr.Dataset, limit: Array, title: str, note: str) -> Figure:
         for ax in row:
             ax.plot(one["time"], one["u"], color=BLUE, linewidth=0.8)
         _draw_limits(row, bound, _unit(one, "u"))
-        row[0].set_ylabel(f"{joint} $u$ [{_unit(one, 'u')}]")
+        row[0].set_ylabel(f"{literal(joint)} $u$ [{_unit(one, 'u')}]")
     return figure
 
 
@@ -190,8 +196,8 @@ def filters(
     axes[0, 0].set_xlim(0, time[-1])
     axes[0, 1].set_xlim(begin, begin + WINDOW)
     axes[0, 0].set_ylim(bottom=-0.01)  # a line at zero stands clear of the axis
-    axes[0, 0].set_ylabel(f"{joint} filter error " r"$|\bar{\alpha} - \alpha|$ [rad/s]")
-    axes[1, 0].set_ylabel(f"{joint} $u$ [{unit}]")
+    axes[0, 0].set_ylabel(f"{literal(joint)} filter error " r"$|\bar{\alpha} - \alpha|$ [rad/s]")
+    axes[1, 0].set_ylabel(f"{literal(joint)} $u$ [{unit}]")
     _name_columns(axes, "whole run", f"{1e3 * WINDOW:.0f} ms of it")
     return figure
 

@@ -7,6 +7,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ftcfa.errors import plain
+
 COLUMNS = {
     "l": {"no_wrap": True},
     "r": {"no_wrap": True, "justify": "right"},
@@ -28,9 +30,9 @@ def print_table(
     """
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True)
     for i, head in enumerate(heads):
-        table.add_column(head, **COLUMNS[align[min(i, len(align) - 1)]])  # type: ignore[arg-type]
+        table.add_column(literal(head), **COLUMNS[align[min(i, len(align) - 1)]])  # type: ignore[arg-type]
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(literal, row))
     unbounded = console.options.update(max_width=10_000, markup=False)
     if console.measure(table, options=unbounded).maximum > console.width:
         table.padding = (0, 0)
@@ -51,13 +53,20 @@ def print_facts(
     table.add_column(style=style, no_wrap=True)
     table.add_column(overflow="fold")
     for fact in facts:
-        table.add_row(*fact)
+        table.add_row(*map(literal, fact))
     console.print(table, highlight=False, markup=False)
 
 
 def print_line(text: str, console: Console, style: str = "") -> None:
     """Print a text as it is, without markup and highlighting."""
-    console.print(text, style=style, highlight=False, markup=False)
+    console.print(literal(text), style=style, highlight=False)
+
+
+def literal(text: str | Text) -> Text:
+    """A text as it is written: markup, emoji codes, links and control characters mean nothing."""
+    if isinstance(text, Text):
+        return text
+    return Text("\n".join(map(plain, text.split("\n"))))
 
 
 def number(value: float | None, spec: str = ".4g", missing: str = "-") -> str:

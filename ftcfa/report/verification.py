@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from ftcfa.report.records import finite
-from ftcfa.report.terminal import print_facts
+from ftcfa.report.terminal import print_facts, print_line
 from ftcfa.study.verification import Verification
 
 
@@ -60,13 +60,13 @@ def _replay(file: str, duration: float, seed: int, path: int) -> str:
 
 def print_verification(record: Mapping[str, Any], console: Console) -> None:
     """Print the result of `verification_record`: the answer, and what it rests on."""
-    console.print(record["answer"], style="bold", markup=False)
+    print_line(record["answer"], console, "bold")
     print_facts(_facts(record), console)
     if not record["worst"]:
         return
     console.print("\nworst paths", style="bold")
     for one in record["worst"]:
-        console.print(f"path {one['path']}: {one['reason']}", markup=False)
+        print_line(f"path {one['path']}: {one['reason']}", console)
     console.print("\nto see the worst one, in Python", style="dim")
     console.print(record["worst"][0]["replay"], markup=False, soft_wrap=True)
 

@@ -56,6 +56,9 @@ def test_record_of_the_double_pendulum() -> None:
         "effort_limit": 15.0,
         "damping": 0.0,
         "friction": 0.0,
+        "armature": 0.0,
+        "gravity_load": pytest.approx((0.6 + 0.8) * 9.81 * 0.8, rel=1e-3),  # horizontal
+        "gravity_load_at_home": 0.0,
         "home": 0.0,
     }
     assert record["mimic"] == {
