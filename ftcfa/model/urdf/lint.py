@@ -19,7 +19,7 @@ SPREAD = 5.0
 SMALL = 0.1
 """Links count as this large at least: their geometry is not read [m]."""
 ALIKE = 3
-"""From so many equal effort limits on they are asked about."""
+"""From so many equal effort limits of one digit on they are asked about."""
 
 
 def lint_bodies(description: RobotDescription, moved: Iterable[Link]) -> Iterator[str]:
@@ -107,5 +107,5 @@ def lint_efforts(arm: Arm) -> Iterator[str]:
                 f"joint '{name}': its friction, {friction[i]:.4g} {unit}, is not below its limit, "
                 f"{limit[i]:.4g} {unit}"
             )
-    if arm.n >= ALIKE and len(set(limit.tolist())) == 1:
+    if arm.n >= ALIKE and len(set(limit.tolist())) == 1 and float(f"{limit[0]:.0e}") == limit[0]:
         yield f"all effort limits are {limit[0]:.4g}; placeholders?"

@@ -16,6 +16,8 @@ from ftcfa.errors import UrdfError
 MAX_BYTES = 32 * 2**20
 MAX_ELEMENTS = {"link": 1000, "joint": 1000}
 """Largest numbers of elements: parsers recurse down the tree and overflow their stacks."""
+MAX_MOVING = 200
+"""Largest number of joints that move: the work on M grows with its cube."""
 MAX_REASON = 160
 """Length to which a message shortens the text of the XML parser's error."""
 TOLERATED = {
@@ -27,6 +29,7 @@ TOLERATED = {
 }
 """Errors of libxml2 that other readers of URDF do not look for, as warnings."""
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+_MOVING = re.compile(r"""\stype\s*=\s*["']\s*(?:revolute|continuous|prismatic)""")
 _LATIN = re.compile(rb"encoding=[\"'](iso-8859-1|latin-?1|windows-1252)", re.IGNORECASE)
 _XACRO = re.compile(
     r"""<xacro:|=\s*["'][^"'<>]*\$(\{[^}]*\}|\((find|arg|env|optenv|dirname|eval)\b)"""
@@ -146,6 +149,10 @@ def _refuse_by_counting(file: Path, text: str) -> None:
         if count > most:
             got, remedy = f"{count} <{tag}> elements", "merge links fixed together"
             raise UrdfError(str(file), got, f"at most {most}", remedy)
+    moving = len(_MOVING.findall(text))
+    if moving > MAX_MOVING:
+        got, remedy = f"{moving} joints that move", "split the robot, or make joints fixed"
+        raise UrdfError(str(file), got, f"at most {MAX_MOVING}", remedy)
 
 
 def _tree(text: str) -> tuple[etree._Element | None, list[etree._LogEntry]]:

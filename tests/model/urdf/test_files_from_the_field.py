@@ -200,6 +200,8 @@ def test_equal_efforts_of_three_joints_are_asked_about(write):
 def test_too_many_joints_are_refused_before_they_are_parsed(write):
     text = robot("".join(f'<joint name="j{i}"/>' for i in range(1001)))
     assert "1001 <joint> elements, expected at most 1000" in sentence_of(write(text))
+    text = robot("".join(f"<joint name='j{i}' type='revolute'/>" for i in range(201)))
+    assert "201 joints that move, expected at most 200" in sentence_of(write(text))
 
 
 def test_an_experiment_names_all_faults_of_its_arm(write, tmp_path):
