@@ -59,7 +59,7 @@ from .vibration.inputs.noise_input import (
     PaperPendulumInput,
 )
 from .vibration.realisation import realise
-from .vibration.record import Record, read_record
+from .vibration.records.record import Record, read_record
 from .vibration.spectra.filter_fit import FilterFit, fit_filter
 from .vibration.spectra.linear_filter import LinearFilter
 from .vibration.spectra.road import PASSENGER_CAR, TRUCK, QuarterCar, Road

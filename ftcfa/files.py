@@ -1,9 +1,30 @@
-"""Write files whole or not at all."""
+"""Write files whole or not at all; read no file that is larger than memory."""
 
 import os
 from pathlib import Path
 
-from ftcfa.errors import FtcfaError
+from ftcfa.errors import FtcfaError, ParameterError
+
+MAX_BYTES = 2**30
+"""Largest file of numbers that is read [bytes]."""
+
+
+def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
+    """Content of a file of at most so many bytes.
+
+    Raises:
+        ParameterError: If it cannot be read, or is larger.
+    """
+    try:
+        with path.expanduser().open("rb") as stream:
+            content = stream.read(most + 1)
+    except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ParameterError(str(path), reason, "a readable file") from error
+    if len(content) > most:
+        size = f"{most / 2**20:g} MiB"
+        raise ParameterError(str(path), f"more than {size}", f"a file of at most {size}")
+    return content
 
 
 def make_folder(folder: Path) -> None:

@@ -17,7 +17,7 @@ from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.urdf.load import arm_from_source
 from ftcfa.vibration.excitation import Excitation
 from ftcfa.vibration.inputs.noise_input import NoiseInput
-from ftcfa.vibration.record import Record, read_record
+from ftcfa.vibration.records.record import Record, read_record
 from ftcfa.vibration.spectra.spectrum import Spectrum
 from ftcfa.vibration.spectra.standards import Standard, read_standard
 

@@ -15,7 +15,7 @@ from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Part
 from ftcfa.portable import sin_cos
-from ftcfa.vibration.columns import read_csv
+from ftcfa.vibration.records.columns import read_text_columns
 
 Posture: TypeAlias = npt.ArrayLike | Literal["home"]
 """Numbers, one for each joint [rad or m]; in files also "home", the arm's home posture."""
@@ -196,13 +196,13 @@ class Table(_Tabulated):
         Raises:
             ParameterError: If the file cannot be read or is not such a table.
         """
-        columns = read_csv(Path(file), times=True)
-        if columns.values.shape[1] < 2:
+        columns = read_text_columns(Path(file))
+        if len(columns.names) < 2:
             expected = "a column of times, then one column for each joint"
             raise ParameterError(str(file), "1 column", expected)
-        times, points = columns.values[:, 0], columns.values[:, 1:]
-        names = [name.split("[")[0].strip() for name in columns.names[1:]]
-        return cls(*_table(str(file), times, points), joints=tuple(names if columns.header else ()))
+        times, *joints = (columns.numbers(k) for k in range(len(columns.names)))
+        names, points = columns.names[1:], np.column_stack(joints)
+        return cls(*_table(str(file), times, points), joints=names if columns.header else ())
 
     def of_joints(self, names: tuple[str, ...]) -> "Table":
         """The table with its columns in the order of an arm's joints, by name.

@@ -52,7 +52,9 @@ class SpectrumEstimate:
     standard_error: float
 
 
-def estimate_spectrum(values: Array, step: float, resolution: float) -> SpectrumEstimate:
+def estimate_spectrum(
+    values: Array, step: float, resolution: float, sampled: bool = False
+) -> SpectrumEstimate:
     """Spectra of a realisation of `realise`, by Welch's method with a Hann window.
 
     The mean over a step has the density S(f) sinc(f h)^2, with sinc(x) = sin(pi x)/(pi x). The
@@ -67,6 +69,7 @@ def estimate_spectrum(values: Array, step: float, resolution: float) -> Spectrum
         step: h [s].
         resolution: Distance of the estimate's frequencies [Hz]: one over a segment's length, which
             is rounded to whole steps.
+        sampled: Whether the values are samples and no means over steps: there is no sinc then.
 
     Raises:
         ShapeError: If ``values`` has not two dimensions.
@@ -86,7 +89,9 @@ def estimate_spectrum(values: Array, step: float, resolution: float) -> Spectrum
     window = signal.get_window("hann", length)
     f, averaged = signal.welch(values, 1.0 / step, window, noverlap=overlap, detrend=False, axis=0)
     inside = (f > 0) & (f < 0.5 / step)
-    f, densities = f[inside], averaged[inside] / np.sinc(f[inside] * step)[:, None] ** 2
+    f, densities = f[inside], averaged[inside]
+    if not sampled:
+        densities = densities / np.sinc(f * step)[:, None] ** 2
     segments = (len(values) - overlap) // (length - overlap)
     error = _standard_error(window, length - overlap, segments)
     return SpectrumEstimate(f, densities, _rms(values), segments, error)

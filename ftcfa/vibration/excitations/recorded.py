@@ -12,7 +12,7 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, of_type, positive
 from ftcfa.errors import ParameterError
 from ftcfa.vibration.excitation import Excitation, Process, check_channels
-from ftcfa.vibration.record import Record
+from ftcfa.vibration.records.record import Record
 from ftcfa.vibration.spectra.spectrum import SAMPLES_PER_PERIOD, substeps_needed
 
 GRID = 2.0**-30
