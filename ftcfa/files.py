@@ -1,10 +1,14 @@
 """Write files whole or not at all; read no file that is larger than memory."""
 
 import os
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from ftcfa.errors import FtcfaError, ParameterError
 
+MAX_TOML = 16 * 2**20
+"""Largest TOML file that is read [bytes]."""
 MAX_BYTES = 2**30
 """Largest file of numbers that is read [bytes]."""
 
@@ -25,6 +29,19 @@ def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
         size = f"{most / 2**20:g} MiB"
         raise ParameterError(str(path), f"more than {size}", f"a file of at most {size}")
     return content
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The document of a TOML file.
+
+    Raises:
+        ParameterError: If it cannot be read, is too large or is no TOML.
+    """
+    content = read_bounded(path, MAX_TOML)
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:  # TOML, UTF-8, numbers of 5,000 digits, nesting
+        raise ParameterError(str(path), str(error), "a TOML file") from error
 
 
 def make_folder(folder: Path) -> None:

@@ -12,7 +12,7 @@ from cattrs.errors import BaseValidationError, ClassValidationError
 
 from ftcfa.description import hints
 from ftcfa.description.faults import BrokenError, Keys, faults, message, shown
-from ftcfa.description.registry import maker
+from ftcfa.description.registry import made_by, maker
 from ftcfa.description.write import NOT_REBUILDABLE
 from ftcfa.errors import ExperimentError, FtcfaError, ParameterError, did_you_mean, one_of
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -120,7 +120,9 @@ class Reader:
             entries: Any = hints.element(one)
             return self.converter.structure(data, dict[str, entries])
         obvious = (name for name, part in parts.items() if part is Arm or len(parts) == 1)
-        name = data.get("type", next(obvious, MISSING))
+        named = made_by(parts.values(), data)
+        fallback = named[0] if len(named) == 1 else MISSING
+        name = data.get("type", next(obvious, fallback))
         if not isinstance(name, str) or name not in parts:
             got, remedy = shown(name), did_you_mean(name, list(parts))
             raise ParameterError("", got, one_of(parts), remedy, field="type")

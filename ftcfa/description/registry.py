@@ -4,7 +4,7 @@ A part is a frozen dataclass; its keys are read from its type hints. A new part 
 `PARTS`; a part that another part's hint names outright, such as `Gains`, needs none.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pkgutil import resolve_name
 from typing import Any
 
@@ -19,7 +19,12 @@ from ftcfa.vibration.excitation import Excitation
 from ftcfa.vibration.inputs.noise_input import NoiseInput
 from ftcfa.vibration.records.record import Record, read_record
 from ftcfa.vibration.spectra.spectrum import Spectrum
-from ftcfa.vibration.spectra.standards import Standard, read_standard
+from ftcfa.vibration.spectra.standards import (
+    Standard,
+    read_standard,
+    spectrum_of_points,
+    standard_of_table,
+)
 
 NAMES: Mapping[Any, tuple[str, ...]] = {
     Dynamics: ("ftcfa.model.arm:Arm", "ftcfa.model.pendulum:PaperPendulum"),
@@ -54,17 +59,23 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
     **{protocol: tuple(map(resolve_name, names)) for protocol, names in NAMES.items()},
 }
 """The classes that implement each protocol."""
-MAKERS: Mapping[type, tuple[str, Callable[..., Any]]] = {
-    Arm: ("robot", arm_from_source),
-    Record: ("file", read_record),
-    Spectrum: ("g2_per_hz", Spectrum.from_g),
-    Standard: ("file", read_standard),
-    Table: ("file", Table.from_file),
+MAKERS: Mapping[type, Mapping[str, Callable[..., Any]]] = {
+    Arm: {"robot": arm_from_source},
+    Record: {"file": read_record},
+    Spectrum: {"g2_per_hz": Spectrum.from_g, "points": spectrum_of_points},
+    Standard: {"table": standard_of_table, "file": read_standard},
+    Table: {"file": Table.from_file},
 }
-"""Functions that also make a part, each with the key that a table for it has."""
+"""Functions that also make a part, by the key that a table for it has."""
 
 
 def maker(cls: type, keys: Mapping[str, Any]) -> Callable[..., Any]:
     """The class itself, or the function that makes a part of such keys."""
-    key, function = MAKERS.get(cls, ("", cls))
-    return function if key in keys or cls is Arm else cls
+    if cls is Arm:
+        return arm_from_source
+    return next((make for key, make in MAKERS.get(cls, {}).items() if key in keys), cls)
+
+
+def made_by(parts: Iterable[type], keys: Mapping[str, Any]) -> list[str]:
+    """Names of the parts that one of the keys alone makes."""
+    return [p.__name__ for p in parts if any(key in keys for key in MAKERS.get(p, {}))]

@@ -24,6 +24,8 @@ HIGHEST = 0.8
 """End of the envelope as a share of the Nyquist frequency, where sensors' filters begin."""
 LOWEST = 2
 """Begin of the envelope in units of the resolution: below, a trend was removed."""
+NEGLIGIBLE = 5e-4
+"""Share of the power that may lie below the envelope's begin, and above its end."""
 SHARED = 1.5
 """Neighbouring frequencies that a Hann window makes one."""
 TOLERANCE_DB = 0.25
@@ -86,7 +88,10 @@ def measured_vibration(record: Record, confidence: float = 0.95) -> MeasuredVibr
 def _envelope(estimate: SpectrumEstimate, S: Array, step: float, confidence: float) -> Spectrum:
     """Upper confidence limits of the mean densities in bands, as few break points as will do."""
     f = estimate.frequencies
-    low, high = LOWEST * f[0], HIGHEST * 0.5 / step
+    usable = (f >= LOWEST * f[0]) & (f <= HIGHEST * 0.5 / step)
+    below = np.cumsum(np.where(usable, S, 0.0))
+    first, last = np.searchsorted(below, np.array([NEGLIGIBLE, 1.0 - NEGLIGIBLE]) * below[-1])
+    low, high = f[first], f[max(last, first + 1)]
     edges = low * 2.0 ** (np.arange(np.ceil(BANDS * np.log2(high / low)) + 1) / BANDS)
     band = np.digitize(f, edges) - 1
     centres, limits = [], []

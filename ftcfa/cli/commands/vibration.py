@@ -41,8 +41,9 @@ def vibration(
 
     With --record: show what was measured, and make a table of it.
 
-    Examples: ftcfa vibration mil_std_810g_highway_truck_vertical --out out;
-    ftcfa vibration --record floor.csv --to-table floor.toml
+    Example: ftcfa vibration mil_std_810g_highway_truck_vertical --out out
+
+    Example: ftcfa vibration --record floor.csv --to-table floor.toml
     """
     if record is not None:
         _show_record(record, to_table, confidence, unit, time_unit, rate, skip, out, as_json)

@@ -132,5 +132,5 @@ def default_names(width: int) -> tuple[str, ...]:
 def split_unit(name: str) -> tuple[str, str]:
     """Name and unit of a header such as ``x [m/s^2]`` or ``x (g)``; "" without one."""
     name = " ".join(name.split())
-    match = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*", name)
-    return (match[1], match[2]) if match else (name, "")
+    match = re.fullmatch(r"(.*?)\s*(?:\[(.*)\]|\((.*)\))", name)
+    return (match[1], (match[2] or match[3] or "").strip()) if match else (name, "")

@@ -21,6 +21,10 @@ GAP = 1.5
 """A time step this many times the median step is a gap."""
 ROUNDED = 1.2
 """Spread of times about an even grid, in units of their last digit, that rounding can cause."""
+STRETCHES, SHORTEST = 64, 16
+"""Largest number of stretches of a record, and their smallest length, that may be rounded alike."""
+SLACK = 1e-3
+"""Distance from a whole number, in the last digit, that floating point makes."""
 DIGITS = 12
 """Decimals of a time that are looked at."""
 _NAME = re.compile(r"(time|t|timestamp|times|epoch|date ?time|seconds?)(?:[ _.-]*(s|ms|us|µs|ns))?")
@@ -132,9 +136,18 @@ def rising(path: Path, time: Array, rows: npt.NDArray[np.intp]) -> None:
 
 
 def _last_digit(time: Array) -> float:
+    """The coarsest digit to which some stretch of the times is rounded [s]; 0 if there is none.
+
+    Seven significant digits, say, are finer at 9 s than at 100 s.
+    """
+    stretches = np.array_split(time, max(1, min(STRETCHES, len(time) // SHORTEST)))
+    return max(map(_digit, stretches))
+
+
+def _digit(time: Array) -> float:
     """The power of ten of which all times are multiples [s]; 0 if there is none."""
     for digits in range(DIGITS):
         scaled = time * 10.0**digits
-        if np.all(np.abs(scaled - np.round(scaled)) <= 1e-6 * np.maximum(np.abs(scaled), 1.0)):
+        if np.all(np.abs(scaled - np.round(scaled)) <= SLACK):
             return float(10.0**-digits)
     return 0.0

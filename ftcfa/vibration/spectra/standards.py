@@ -2,6 +2,8 @@
 
 [name]
 points = [[10, 0.015], [40, 0.015], [500, 0.00015]]   # [Hz, g^2/Hz], the only required key
+#        [[20, "+3 dB/octave"], [80, 0.04], [350, 0.04], [350, 0.08], [2000, "-3 dB/octave"]]
+#        a slope stands for the density to which it leads; the same frequency twice is a step
 unit = "g^2/Hz"                                       # or "(m/s^2)^2/Hz"
 source = "document that states the table"
 verified = "how far that was checked"
@@ -10,7 +12,8 @@ integral_g_rms = 1.043                                # if given, checked to 1 %
 plausible_g_rms = 60                                  # a level above it is refused
 """
 
-import tomllib
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -22,11 +25,20 @@ import numpy as np
 
 from ftcfa.checks import known_name, positive
 from ftcfa.errors import ParameterError
+from ftcfa.files import read_toml
+from ftcfa.vibration.records.columns import read_text_columns
 from ftcfa.vibration.spectra.spectrum import PLAUSIBLE_G_RMS, STANDARD_GRAVITY, Spectrum
 
 G_UNIT, SI_UNIT = "g^2/Hz", "(m/s^2)^2/Hz"
 LEVEL_TOLERANCE = {"integral_g_rms": 0.01, "nominal_g_rms": 0.05}
 """Allowed relative difference from the integral; nominal levels often have two digits only."""
+OCTAVE_DB = 10.0 * math.log10(2.0)
+"""Decibels of a density that doubles."""
+STEP = 1e-6
+"""Relative width of a step of the density."""
+LONGEST = 200
+"""Characters of wrong points that a message shows."""
+_SLOPE = re.compile(r"\s*([+-]?\d+(?:\.\d*)?)\s*dB\s*/\s*oct(?:ave)?\s*", re.IGNORECASE)
 TEXTS = ("unit", "source", "verified")
 NOT_STATED = "not stated"
 LEVELS = ("nominal_g_rms", "integral_g_rms", "plausible_g_rms")
@@ -114,23 +126,35 @@ def read_table(file: str | Path) -> Mapping[str, Standard]:
     """Standards of a TOML file, by table name.
 
     Args:
-        file: File with one TOML table for each standard, with the keys above.
+        file: File with one TOML table for each standard, with the keys above; or a CSV file with
+            a column of frequencies [Hz] and others of densities, such as Welch's estimates,
+            whose names are those of the standards: ``frequency [Hz], floor [g^2/Hz]``.
 
     Raises:
         ParameterError: Naming the file, and the table and key that are wrong.
         UnknownNameError: If a table has an unknown key.
     """
     path = Path(file)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        got = error.strerror or str(error)
-        raise ParameterError(str(path), got, "a readable TOML file") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(str(path), str(error), "a TOML file") from error
+    if path.suffix.lower() in (".csv", ".tsv", ".txt"):
+        return MappingProxyType(_spectra_of_csv(path))
+    document = read_toml(path)
     if not document:
         raise ParameterError(str(path), "no table", "one TOML table for each standard", _EXAMPLE)
     return MappingProxyType({name: _entry(path, name, it) for name, it in document.items()})
+
+
+def spectrum_of_points(points: Sequence[Any], unit: str = G_UNIT) -> Spectrum:
+    """Spectrum of break points [[frequency, density], ...], as a table has them.
+
+    Raises:
+        ParameterError: If they are none.
+    """
+    return _entry(Path("Spectrum"), "points", {"points": list(points), "unit": unit}).spectrum
+
+
+def standard_of_table(table: str | Path, name: str) -> Standard:
+    """The standard of one name in a file; see `read_table`."""
+    return read_standard(table, name)
 
 
 def read_standard(file: str | Path, name: str) -> Standard:
@@ -142,6 +166,22 @@ def read_standard(file: str | Path, name: str) -> Standard:
     tables = read_table(file)
     known_name(f"{file}: table", name, tables, field="name")
     return tables[name]
+
+
+def _spectra_of_csv(path: Path) -> dict[str, Standard]:
+    """The spectra of a text table by the names of their columns, without a density at 0 Hz."""
+    columns = read_text_columns(path)
+    if not columns.header or columns.units[0].lower() != "hz":
+        expected = 'a header such as "frequency [Hz], floor [g^2/Hz]"'
+        raise ParameterError(str(path), "no column of frequencies in Hz", expected)
+    f, found = columns.numbers(0), {}
+    for k, name in enumerate(columns.names[1:], 1):
+        S = columns.numbers(k)
+        kept = (f > 0) & (S > 0)
+        pairs = np.column_stack([f[kept], S[kept]]).tolist()
+        entry = {"points": pairs, "unit": columns.units[k] or NOT_STATED, "source": path.name}
+        found[name] = _entry(path, name, entry)
+    return found
 
 
 _EXAMPLE = "such as [floor] with points = [[10, 0.015], [500, 0.00015]]"
@@ -186,10 +226,36 @@ def _points(where: str, entry: Mapping[str, Any]) -> Any:
     """The break points, shape (k, 2)."""
     rows = entry.get("points")
     pairs = isinstance(rows, list) and all(isinstance(r, list) and len(r) == 2 for r in rows)
-    if not (rows and pairs and all(type(x) in (int, float) for row in rows for x in row)):
-        got = repr(rows) if "points" in entry else "missing"
+    if not (rows and pairs and all(_is_point(*row) for row in rows)):
+        got = repr(rows)[:LONGEST] if "points" in entry else "missing"
         raise ParameterError(f"{where}: points", got, "[[frequency, density], ...]", _EXAMPLE)
-    return np.array(rows, dtype=float)
+    f = [float(row[0]) for row in rows]
+    S = [_slope(row[1]) if isinstance(row[1], str) else float(row[1]) for row in rows]
+    known = [not isinstance(row[1], str) for row in rows]
+    for i in [*range(len(f)), *reversed(range(len(f)))]:
+        if not known[i]:
+            near = next((j for j in (i - 1, i + 1) if 0 <= j < len(f) and known[j]), None)
+            if near is not None and f[i] > 0 and f[near] > 0:
+                S[i], known[i] = S[near] * (f[i] / f[near]) ** (S[i] / OCTAVE_DB), True
+    if not all(known):
+        raise ParameterError(f"{where}: points", "slopes only", "a density", _EXAMPLE)
+    for i in range(1, len(f)):
+        if f[i] == f[i - 1]:
+            f[i] = f[i] * (1.0 + STEP)
+    return np.column_stack([f, S])
+
+
+def _is_point(f: Any, S: Any) -> bool:
+    """Whether two entries are a frequency and a density or a slope."""
+    number = type(S) in (int, float) or (isinstance(S, str) and _SLOPE.fullmatch(S))
+    return type(f) in (int, float) and bool(number)
+
+
+def _slope(text: str) -> float:
+    """A slope in dB/octave."""
+    match = _SLOPE.fullmatch(text)
+    assert match is not None
+    return float(match[1])
 
 
 def _check_level(where: str, key: str, stated: float, level: float, tolerance: float) -> None:
