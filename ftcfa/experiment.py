@@ -59,7 +59,7 @@ from ftcfa.checks import (
 from ftcfa.description.read import rebuild
 from ftcfa.description.write import document
 from ftcfa.errors import ExperimentError, FtcfaError, ParameterError
-from ftcfa.files import write_whole
+from ftcfa.files import MAX_TOML, local_path, read_bounded, write_whole
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import Part
 from ftcfa.study.ensemble import ensemble
@@ -177,7 +177,7 @@ class Experiment(Part):
         """
         try:
             data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except (ValueError, RecursionError) as error:  # TOML, numbers of 5,000 digits, nesting
             raise _unreadable(file, f"not TOML: {error}") from error
         return rebuild(cls, data, file, Path(folder))
 
@@ -190,7 +190,7 @@ class Experiment(Part):
         """
         try:
             data = json.loads(text)
-        except json.JSONDecodeError as error:
+        except (ValueError, RecursionError) as error:
             raise _unreadable("description", f"not JSON: {error}") from error
         if not isinstance(data, dict):
             raise _unreadable("description", f"a {type(data).__name__}", "a JSON object")
@@ -235,7 +235,7 @@ class Experiment(Part):
             ParameterError: If the loop holds a part of a user's own.
             FtcfaError: If the file cannot be written.
         """
-        file = Path(path)
+        file = local_path(path)
         write_whole(file, self.to_text(file.parent).encode())
 
 
@@ -246,12 +246,11 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
         ExperimentError: If anything is wrong with it; it holds all errors, each with file, table
             and key.
     """
-    file = Path(path)
+    file = local_path(path)
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise _unreadable(str(file), reason, "a readable TOML file") from error
+        text = read_bounded(file, MAX_TOML).decode("utf-8-sig")
+    except FtcfaError as error:
+        raise _unreadable(str(file), error.got.lower(), "a readable TOML file") from error
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
     return Experiment.from_text(text, file.parent, file=str(file))

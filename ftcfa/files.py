@@ -1,6 +1,7 @@
 """Write files whole or not at all; read no file that is larger than memory."""
 
 import os
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,22 @@ MAX_BYTES = 2**30
 """Largest file of numbers that is read [bytes]."""
 
 
+def local_path(path: str | os.PathLike[str]) -> Path:
+    """A path that a user gave, with ~ as the home folder; the one place where this is done.
+
+    Raises:
+        ParameterError: If it is a URL, or names an unknown user.
+    """
+    text = os.fspath(path)
+    if re.match(r"[A-Za-z][A-Za-z0-9+.-]+:/", text):  # Path makes one slash of two
+        remedy = "copy it here first, or mount it as a folder"
+        raise ParameterError(text, "a URL", "a path of this machine", remedy)
+    try:
+        return Path(text).expanduser()
+    except RuntimeError as error:
+        raise ParameterError(text, str(error), "a path of this machine") from error
+
+
 def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
     """Content of a file of at most so many bytes.
 
@@ -20,9 +37,9 @@ def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
         ParameterError: If it cannot be read, or is larger.
     """
     try:
-        with path.expanduser().open("rb") as stream:
+        with local_path(path).open("rb") as stream:
             content = stream.read(most + 1)
-    except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
+    except (OSError, ValueError) as error:  # ValueError: a null byte
         reason = getattr(error, "strerror", None) or str(error)
         raise ParameterError(str(path), reason, "a readable file") from error
     if len(content) > most:
@@ -52,7 +69,7 @@ def make_folder(folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise _refused(folder, error) from error
     probe = folder / f".writable.{os.getpid()}"
     write_whole(probe, b"")
@@ -76,7 +93,7 @@ def write_whole(file: Path, content: bytes) -> None:
         raise _refused(file, error) from error
 
 
-def _refused(path: Path, error: OSError) -> FtcfaError:
+def _refused(path: Path, error: OSError | ValueError) -> FtcfaError:
     """The error for a file or folder that cannot be written."""
-    reason = (error.strerror or "unknown reason").lower()
+    reason = (getattr(error, "strerror", None) or str(error)).lower()
     return FtcfaError(str(path), f"cannot be written ({reason})", "", "choose another folder")

@@ -1,19 +1,24 @@
 """The command line, thin: each command imports what it needs only when it runs.
 
-Exit status: 0 done, 1 the answer is no, 2 bad input (one sentence for each fault on standard
-error), 3 undecided within the budget, 130 interrupted. A warning is one line on standard error.
+Exit status: 0 done, 1 the answer is no and nothing else, 2 bad input (one sentence for each fault
+on standard error), 3 undecided within the budget, 70 a fault of ours, 130 interrupted, 141 the
+reader of the output has gone. A warning is one line on standard error.
 """
 
+import os
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Annotated, Any
 
 import typer
 
+from ftcfa.cli.ending import ClosedPipe
 from ftcfa.cli.progress import interrupted, stop_at_once
 
 COMMANDS = (
@@ -50,14 +55,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (Exception, KeyboardInterrupt) as error:
         if interrupted.is_set():
             sys.exit(130)
-        if not isinstance(error, FtcfaError | OSError):
-            raise
-        for line in str(error).splitlines():
+        if isinstance(error, ClosedPipe):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python's own end
+            sys.exit(141)
+        known = isinstance(error, FtcfaError | OSError)
+        for line in (str(error) if known else _fault(error)).splitlines():
             print(f"ftcfa: {line}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(2 if known else 70)
     finally:
         signal.signal(signal.SIGINT, before)
         interrupted.clear()
+
+
+def _fault(error: BaseException) -> str:
+    """One sentence about an error that no input should cause."""
+    from ftcfa.errors import plain, shortened
+
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    what = plain(shortened(f"{type(error).__name__}: {error}"))
+    where = f"{Path(place.filename).name}, line {place.lineno}"
+    return f"a fault of ours, not of your input ({what}; {where}); please report this line"
 
 
 def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -18,6 +18,13 @@ def _check_threads(threads: int | None) -> int | None:
     return threads
 
 
+def local(path: Path | None) -> Path | None:
+    """A path of this machine, ~ resolved; ParameterError for a URL."""
+    from ftcfa.files import local_path
+
+    return None if path is None else local_path(path)
+
+
 ExperimentFile = Annotated[
     Path, typer.Argument(metavar="EXPERIMENT.toml", help="File of the experiment.")
 ]
@@ -34,7 +41,7 @@ Threads = Annotated[
     typer.Option(help="Number of threads. Without it: one for each core.", callback=_check_threads),
 ]
 FOLDER = "Folder for the figure and summary.json. Without it: nothing is written."
-FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=FOLDER)]
+FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=FOLDER, callback=local)]
 JSON = "Print one JSON object and nothing else. Without it: print a table."
 AsJson = Annotated[bool, typer.Option("--json", help=JSON)]
 

@@ -14,6 +14,8 @@ from typing import Any
 
 RECENT = 16
 """Number of reports from which the rate is computed."""
+PATIENCE = 0.7
+"""Longest time that Ctrl-C waits for the end of a step [s]."""
 interrupted = Event()
 """Set once Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
 
@@ -27,11 +29,13 @@ def stop_at_once(*_: Any) -> None:
 def stop_after_step(*_: Any) -> None:
     """Handle the signal of Ctrl-C while steps are counted: stop after the step.
 
-    The second Ctrl-C stops at once.
+    A step that takes longer than PATIENCE is not waited for, nor after a second Ctrl-C.
     """
     if interrupted.is_set():
         raise KeyboardInterrupt
     interrupted.set()
+    signal.signal(signal.SIGALRM, stop_at_once)
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
 
 
 @contextmanager
@@ -108,4 +112,5 @@ def _bar(*columns: Any) -> Iterator[Any]:
         ) as progress:  # fmt: skip
             yield progress
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGINT, before)

@@ -15,6 +15,7 @@ from ftcfa.description.faults import BrokenError, Keys, faults, message, shown
 from ftcfa.description.registry import made_by, maker
 from ftcfa.description.write import NOT_REBUILDABLE
 from ftcfa.errors import ExperimentError, FtcfaError, ParameterError, did_you_mean, one_of
+from ftcfa.files import local_path
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
@@ -173,7 +174,7 @@ class Reader:
 
     def path(self, data: str) -> str:
         """A path, counted from the folder; a bare word that is no file there may be a name."""
-        path = self.folder / Path(data).expanduser()
+        path = self.folder / (Path(data) if "://" in data else local_path(data))
         named = data in catalogue() or "://" in data
         bare = len(Path(data).parts) == 1 and not Path(data).suffix and not path.exists()
         return data if named or bare else str(path)

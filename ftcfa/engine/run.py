@@ -82,10 +82,26 @@ def path_numbers(paths: Any) -> Words:
     raise ParameterError("paths", repr(paths), "a number of paths, or path numbers")
 
 
+MOST_STEPS = 1e15
+"""Largest number of integration steps of a call."""
+
+
 def samples_of(loop: ClosedLoop, duration: float) -> int:
     """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
     not_negative("duration", duration, "s")
-    return round(duration / loop.period) + 1
+    samples = round(duration / loop.period) + 1
+    check_memory("reference at every sample", 8 * 3 * loop.arm.n * samples)
+    return samples
+
+
+def check_work(loop: ClosedLoop, paths: int, duration: float) -> None:
+    """Raise ParameterError if paths take more integration steps than MOST_STEPS."""
+    steps = paths * samples_of(loop, duration) * loop.substeps
+    if steps > MOST_STEPS:
+        got = f"{steps:.3g} integration steps"
+        expected = f"at most {MOST_STEPS:.0e}, a year of a fast machine"
+        remedy = "take fewer paths, a shorter duration, a longer period or fewer substeps"
+        raise ParameterError("paths, duration and substeps together", got, expected, remedy)
 
 
 def check_memory(subject: str, needed: int) -> None:

@@ -15,7 +15,7 @@ import xarray as xr
 from ftcfa.checks import counting, positive_numbers, probability, vector
 from ftcfa.description.write import provenance
 from ftcfa.engine.dataset import versions
-from ftcfa.engine.run import check_memory, path_numbers, samples_of
+from ftcfa.engine.run import check_memory, check_work, path_numbers, samples_of
 from ftcfa.engine.simulate import simulate_paths
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -107,8 +107,11 @@ def ensemble(
     whole = path_numbers(trajectories)
     beyond = None if lost is None else _positive_for_joints(lost, loop.arm.n)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after, beyond)
+    check_work(loop, paths, duration)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
+    check_memory("metrics of all paths", 8 * paths * len(METRICS) * loop.arm.n)
+    check_memory("a chunk", 16 * min(chunk, paths) * times * quantities(loop.arm.n))
     warn_of_doubts(loop, duration)
     tally, interrupted = Tally(times, loop.arm.n), False
     with nullcontext() if store is None else Store(store, _identity(loop, plan)) as place:
@@ -195,28 +198,32 @@ def _run(
     store: Store | None,
 ) -> Iterator[None]:
     """Have all chunks counted, first those in the store; yields whenever one is taken over."""
-    observed, missing, checked = plan.observed(loop), {}, False
-    for number in plan.chunks(paths):
-        size = len(plan.paths_of(number, paths))
-        part = None if store is None else store.read(number)
-        stored = 0 if part is None else part.sizes["path"]
-        if store is not None and part is not None and stored == size:
-            if not checked:
-                _check_same(observed, plan, part, store)
-                checked = True
-            books.take(number, partial(_given, part), keep=False)
-            yield
-        else:
-            missing[number] = size > stored
+    observed, chunks = plan.observed(loop), plan.chunks(paths)
+    taken, longer, checked = set[int](), set[int](), False
+    if store is not None:
+        for number in filter(chunks.__contains__, sorted(store.numbers())):
+            size, part = len(plan.paths_of(number, paths)), store.read(number)
+            stored = 0 if part is None else part.sizes["path"]
+            if part is not None and stored == size:
+                if not checked:
+                    _check_same(observed, plan, part, store)
+                    checked = True
+                books.take(number, partial(_given, part), keep=False)
+                taken.add(number)
+                yield
+            elif stored > size:
+                longer.add(number)
+    missing = (number for number in chunks if number not in taken)
     if client is not None:
         for number, part in run_on_cluster(client, loop, plan, missing, paths):
-            books.take(number, partial(_given, part), missing[number])
+            books.take(number, partial(_given, part), number not in longer)
             yield
     else:
-        for number, keep in missing.items():
+        for number in missing:
             numbers = plan.paths_of(number, paths)
             run = simulate_chunk(observed, plan, numbers, threads)
-            books.take(number, partial(count_chunk, observed, plan, numbers, run), keep)
+            counted = partial(count_chunk, observed, plan, numbers, run)
+            books.take(number, counted, number not in longer)
             yield
     books.settle()
     yield

@@ -30,6 +30,7 @@ import zarr
 from ftcfa.description.write import differences
 from ftcfa.engine.dataset import versions
 from ftcfa.errors import FtcfaError, ParameterError
+from ftcfa.files import local_path
 
 CHUNKS, RESULT, GROUP = "chunks", "result", ".zgroup"
 UNFINISHED = ".part"
@@ -54,7 +55,7 @@ class Store:
     """
 
     def __init__(self, path: str | os.PathLike[str], identity: Mapping[str, Any]) -> None:
-        self.path = Path(path)
+        self.path = local_path(path)
         text = json.dumps(identity, sort_keys=True)
         if not self.path.exists() or _is_empty(self.path):
             self._make(text)
@@ -82,12 +83,14 @@ class Store:
         """Raise ParameterError unless the folder is the store of an experiment."""
         try:
             stored = zarr.open_group(self.path, mode="r").attrs.get("identity")
-        except (OSError, ValueError, zarr.errors.GroupNotFoundError) as error:
+            theirs, ours = json.loads(str(stored or "{}")), json.loads(identity)
+            if not isinstance(theirs, dict):
+                raise ValueError("its identity is damaged")
+        except Exception as error:  # damaged attributes may raise anything
             raise ParameterError(
                 str(self.path), "no store of an ensemble", "a new folder, or one that ensemble made"
             ) from error
         if stored != identity:
-            theirs, ours = json.loads(str(stored or "{}")), json.loads(identity)
             if differ := differences(_described(theirs), _described(ours)):
                 raise self.other_experiment(f"they differ in {differ}")
             bits = differences(theirs, ours)
@@ -121,11 +124,16 @@ class Store:
         for place in (*beside, *self.path.rglob(f"*{UNFINISHED}")):
             shutil.rmtree(place, ignore_errors=True)
 
+    def numbers(self) -> set[int]:
+        """Numbers of the chunks that are there."""
+        places = (self.path / CHUNKS).glob("*")
+        return {int(place.name) for place in places if place.name.isdecimal()}
+
     def read(self, chunk: int) -> xr.Dataset | None:
         """The Dataset of a chunk, or None if there is none.
 
-        A chunk that cannot be read or has the wrong checksum is damaged: it gives a warning and
-        None.
+        A chunk that cannot be read, has the wrong checksum or belongs elsewhere is damaged: it
+        gives a warning and None.
         """
         place = self._place(chunk)
         if not place.exists():
@@ -135,7 +143,7 @@ class Store:
                 dataset.load()
         except Exception:  # a damaged file may raise anything
             dataset = xr.Dataset()
-        if dataset.attrs.pop(CHECKSUM, None) == _checksum(dataset):
+        if dataset.attrs.pop(CHECKSUM, None) == _checksum(dataset, chunk):
             return dataset
         warnings.warn(f"{place}: damaged; its paths are run again", stacklevel=2)
         return None
@@ -146,7 +154,7 @@ class Store:
         Raises:
             FtcfaError: If it cannot be written; the store stays as it is.
         """
-        self._put(self._place(chunk), dataset.assign_attrs({CHECKSUM: _checksum(dataset)}))
+        self._put(self._place(chunk), dataset.assign_attrs({CHECKSUM: _checksum(dataset, chunk)}))
 
     def write_result(self, dataset: xr.Dataset) -> None:
         """Write the summary; an older one is replaced.
@@ -160,9 +168,16 @@ class Store:
         return self.path / CHUNKS / f"{chunk:06d}"
 
     def _put(self, place: Path, dataset: xr.Dataset) -> None:
+        self._check_there()
         with self._writing(), _unfinished(place) as unfinished:
             dataset.to_zarr(unfinished, mode="w", consolidated=False, zarr_format=ZARR_FORMAT)
             _rename(unfinished, place)
+
+    def _check_there(self) -> None:
+        """Raise FtcfaError if the store was deleted since it was opened."""
+        if os.fstat(self._lock.fileno()).st_nlink == 0:
+            got, remedy = "was deleted during the run", "run again, to a folder that stays"
+            raise FtcfaError(str(self.path), got, remedy=remedy)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -213,13 +228,16 @@ def _rename(new: Path, place: Path) -> None:
         new.rename(place)
 
 
-def _checksum(dataset: xr.Dataset) -> int:
-    """Checksum of all names, shapes and numbers; all NaNs count as the same."""
-    total = 0
+def _checksum(dataset: xr.Dataset, chunk: int) -> int:
+    """Checksum of a chunk's number, and of all names, dimensions and values.
+
+    A chunk that was copied into another's place is damaged there. All NaNs count as the same.
+    """
+    total = zlib.crc32(f"chunk {chunk}".encode())
     for name, rows in sorted(dataset.variables.items(), key=lambda item: str(item[0])):
         values = rows.values
         if np.issubdtype(values.dtype, np.floating):
             values = np.where(np.isnan(values), np.nan, values)
-        total = zlib.crc32(f"{name} {values.dtype} {values.shape}".encode(), total)
+        total = zlib.crc32(f"{name} {rows.dims} {values.dtype} {values.shape}".encode(), total)
         total = zlib.crc32(values.tobytes(), total)
     return total

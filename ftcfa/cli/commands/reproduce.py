@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson
+from ftcfa.cli.options import AsJson, local
 from ftcfa.cli.progress import progress_of_steps
 
 OUT = "Folder for the figures and summary.json."
@@ -14,7 +14,7 @@ QUICK = "Run fewer cases and shorter paths, in seconds. Without it: all."
 
 
 def reproduce(
-    out: Annotated[Path, typer.Option(metavar="DIR", help=OUT)] = Path("out"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help=OUT, callback=local)] = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
     as_json: AsJson = False,
 ) -> None:

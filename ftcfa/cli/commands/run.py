@@ -8,7 +8,7 @@ import typer
 
 from ftcfa.cli.cluster import cluster
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, given
+from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, given, local
 from ftcfa.cli.progress import progress_of_paths
 
 STORE = "ensemble.zarr"
@@ -21,7 +21,7 @@ SCHEDULER = (
 
 def run(
     experiment: ExperimentFile,
-    out: Annotated[Path, typer.Option(metavar="DIR", help=OUT)] = Path("out"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help=OUT, callback=local)] = Path("out"),
     paths: Paths = None,
     duration: Duration = None,
     threads: Threads = None,

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, FigureFolder
+from ftcfa.cli.options import AsJson, FigureFolder, local
 from ftcfa.cli.progress import progress_of_steps
 
 NAMES = "Names of vibration standards. Without any: list the known ones."
@@ -26,9 +26,15 @@ def vibration(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help=NAMES, show_default=False)
     ] = None,
-    table: Annotated[Path | None, typer.Option(metavar="FILE.toml", help=TABLE)] = None,
-    record: Annotated[Path | None, typer.Option(metavar="FILE", help=RECORD)] = None,
-    to_table: Annotated[Path | None, typer.Option(metavar="FILE.toml", help=TO_TABLE)] = None,
+    table: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help=TABLE, callback=local)
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help=RECORD, callback=local)
+    ] = None,
+    to_table: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help=TO_TABLE, callback=local)
+    ] = None,
     confidence: Annotated[float, typer.Option(help=CONFIDENCE)] = 0.95,
     unit: Annotated[str | None, typer.Option(help=UNIT)] = None,
     time_unit: Annotated[str | None, typer.Option(help=TIME_UNIT)] = None,

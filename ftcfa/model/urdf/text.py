@@ -11,7 +11,8 @@ from textwrap import shorten
 
 from lxml import etree
 
-from ftcfa.errors import UrdfError
+from ftcfa.errors import FtcfaError, UrdfError
+from ftcfa.files import local_path
 
 MAX_BYTES = 32 * 2**20
 MAX_ELEMENTS = {"link": 1000, "joint": 1000}
@@ -60,9 +61,11 @@ def read_bytes(file: Path) -> bytes:
         UrdfError: If it cannot be read, or is larger.
     """
     try:
-        with file.expanduser().open("rb") as stream:
+        with local_path(file).open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError, RuntimeError) as error:  # a null byte, an unknown ~user
+    except FtcfaError as error:
+        raise UrdfError(str(file), error.got, error.expected, error.remedy) from error
+    except (OSError, ValueError) as error:  # ValueError: a null byte
         reason = (getattr(error, "strerror", None) or str(error)).lower().rstrip(".")
         remedy = "check the path and its permissions"
         raise UrdfError(str(file), reason, "a readable URDF file", remedy) from error

@@ -80,10 +80,9 @@ def _dates(columns: Columns, k: int) -> Array:
             subject = f"{columns.path}: row {row}, column {k + 1}"
             raise ParameterError(subject, repr(text), "a time of ISO 8601, as in the first row")
     try:
-        index = pd.to_datetime(texts, format="ISO8601", utc=True)
+        nanoseconds = pd.to_datetime(texts, format="ISO8601", utc=True).as_unit("ns").asi8
     except Exception as error:
         raise ParameterError(f"{columns.path}: column {k + 1}", str(error), "ISO 8601") from error
-    nanoseconds = index.as_unit("ns").asi8
     return np.asarray((nanoseconds - nanoseconds[0]) * 1e-9)
 
 

@@ -34,6 +34,8 @@ LEVEL_TOLERANCE = {"integral_g_rms": 0.01, "nominal_g_rms": 0.05}
 """Allowed relative difference from the integral; nominal levels often have two digits only."""
 OCTAVE_DB = 10.0 * math.log10(2.0)
 """Decibels of a density that doubles."""
+MOST = 300.0
+"""Largest number of octaves of a density along a slope."""
 STEP = 1e-6
 """Relative width of a step of the density."""
 LONGEST = 200
@@ -235,8 +237,9 @@ def _points(where: str, entry: Mapping[str, Any]) -> Any:
     for i in [*range(len(f)), *reversed(range(len(f)))]:
         if not known[i]:
             near = next((j for j in (i - 1, i + 1) if 0 <= j < len(f) and known[j]), None)
-            if near is not None and f[i] > 0 and f[near] > 0:
-                S[i], known[i] = S[near] * (f[i] / f[near]) ** (S[i] / OCTAVE_DB), True
+            if near is not None and min(f[i], f[near], S[near]) > 0:
+                octaves = (S[i] / OCTAVE_DB) * (math.log2(f[i]) - math.log2(f[near]))
+                S[i], known[i] = S[near] * 2.0 ** min(max(octaves, -MOST), MOST), True
     if not all(known):
         raise ParameterError(f"{where}: points", "slopes only", "a density", _EXAMPLE)
     for i in range(1, len(f)):
