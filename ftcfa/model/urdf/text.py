@@ -113,6 +113,7 @@ def parse(file: Path, content: bytes) -> tuple[etree._Element, list[str]]:
         raise UrdfError(str(file), got, "plain XML", remedy)
     first = {error.type_name: error.line for error in reversed(errors)}
     warnings += [f"{TOLERATED[kind]}, line {line}" for kind, line in first.items()]
+    _drop_undeclared_prefixes(root)
     warnings += _without_default_namespace(root)
     if root.tag != "robot":
         got, remedy = f"the root element is <{root.tag}>", "convert the file to URDF"
@@ -179,6 +180,13 @@ def _reason(error: etree._LogEntry) -> str:
 def _name_of(element: etree._Element) -> str:
     """Name of an element without its namespace."""
     return element.tag.rpartition("}")[2]
+
+
+def _drop_undeclared_prefixes(root: etree._Element) -> None:
+    """Take out attributes whose prefix is not declared: lxml cannot write them again."""
+    for element in root.iter(etree.Element):
+        for name in [name for name in element.attrib if ":" in name and name[0] != "{"]:
+            del element.attrib[name]
 
 
 def _without_default_namespace(root: etree._Element) -> Iterator[str]:

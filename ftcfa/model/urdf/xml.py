@@ -55,6 +55,8 @@ def cut_down(root: etree._Element) -> tuple[etree._Element, list[str]]:
                 name = element.get("name")
                 warnings.append(f"link '{name}': {len(children)} <inertial>; the first one counts")
     cut.extend(_rotors(root))
+    for element in [e for e in cut.iter(etree.Element) if ":" in e.tag]:
+        element.getparent().remove(element)  # an extension: no other parser reads it
     for element in cut.iter(etree.Element):
         for attribute, value in element.attrib.items():
             element.set(attribute, " ".join(value.split()))

@@ -44,6 +44,13 @@ TAKEN = {
         TWO_JOINTS.replace(LINKS, f'{LINKS}<gz:sensor gz:rate="1"/>'),
         "a prefix without a declaration, line 1",
     ),
+    "undeclared prefixes everywhere": (
+        TWO_JOINTS.replace("<robot ", '<robot gz:a="1" ')
+        .replace("<link ", '<link gz:a="1" ')
+        .replace("<mass ", '<gz:mass value="9"/><mass gz:a="1" ')
+        .replace("<axis ", '<gz:axis/><axis gz:a="1" '),
+        "a prefix without a declaration, line 1",
+    ),
     "dashes in a comment": (
         TWO_JOINTS.replace(LINKS, f"{LINKS}\n<!-- a -- b --->"),
         "a comment that has -- in it, line 2",
