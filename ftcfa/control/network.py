@@ -11,6 +11,7 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, counting, positive, positive_or_infinite
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
+from ftcfa.errors import ParameterError
 from ftcfa.parts import Parameters, Part, number_fields
 
 APART = 1000.0
