@@ -1,5 +1,6 @@
 """From plain data to a closed loop, or to everything that is wrong with the data at once."""
 
+import os
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from dataclasses import MISSING, is_dataclass
@@ -176,7 +177,8 @@ class Reader:
         """A path, counted from the folder; a bare word that is no file there may be a name."""
         path = self.folder / (Path(data) if "://" in data else local_path(data))
         named = data in catalogue() or "://" in data
-        bare = len(Path(data).parts) == 1 and not Path(data).suffix and not path.exists()
+        exists = os.path.exists(path)  # noqa: PTH110 (pathlib raises where a name is too long)
+        bare = len(Path(data).parts) == 1 and not Path(data).suffix and not exists
         return data if named or bare else str(path)
 
 
