@@ -18,6 +18,7 @@ from ftcfa.engine.compiler import agreement
 from ftcfa.engine.compiler.agreement import AGAIN, MEMORY, MOTION, START, Sample
 from ftcfa.engine.compiler.constant_states import constant_entries, known_values
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
+from ftcfa.engine.interrupts import interrupts_wait
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
 from ftcfa.loop.parameters import parameter, preparation, with_parameters
@@ -84,7 +85,7 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
         ParameterError: If the motion does not depend on a varied parameter.
     """
     key = (tuple(names), tuple(varied))
-    with _lock:
+    with _lock, interrupts_wait():
         known = _traced.setdefault(loop, {})
         code = known.pop(key, None)
         try:

@@ -1,8 +1,11 @@
 """What can be traced, what is said of what cannot, and what is kept of what was compiled."""
 
+import contextlib
 import gc
 import logging
 import math
+import os
+import signal
 import threading
 import warnings
 import weakref
@@ -459,3 +462,21 @@ def test_tracing_gives_the_requested_signals():
     assert (traced.recorded, traced.joints, traced.substeps) == (7, 2, 2)
     assert trace(loop, ["corner", "energy", "q"]) is traced
     assert trace(loop, ["q"]) is not traced
+
+
+class Interrupted(Law):
+    """A spring that, when it is traced, swallows Ctrl-C as CasADi can."""
+
+    def torque(self, q, v):
+        if isinstance(q, SymbolArray):
+            with contextlib.suppress(KeyboardInterrupt):
+                os.kill(os.getpid(), signal.SIGINT)
+        return -q
+
+
+def test_ctrl_c_during_tracing_is_obeyed():
+    loop = ClosedLoop(load_arm("double_pendulum"), Interrupted(), Sinusoid([0.3, 0.2]))
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(loop, 0.01)
+    assert signal.getsignal(signal.SIGINT) is before
