@@ -250,7 +250,7 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     try:
         text = read_bounded(file, MAX_TOML).decode("utf-8-sig")
     except FtcfaError as error:
-        raise _unreadable(str(file), error.got.lower(), "a readable TOML file") from error
+        raise _unreadable(str(file), error.got, "a readable TOML file") from error
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
     return Experiment.from_text(text, file.parent, file=str(file))

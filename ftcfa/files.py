@@ -40,7 +40,7 @@ def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
         with local_path(path).open("rb") as stream:
             content = stream.read(most + 1)
     except (OSError, ValueError) as error:  # ValueError: a null byte
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise ParameterError(str(path), reason, "a readable file") from error
     if len(content) > most:
         size = f"{most / 2**20:g} MiB"

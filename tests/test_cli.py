@@ -281,7 +281,7 @@ def test_vibration_of_a_known_name(capsys, own_table, tmp_path) -> None:  # noqa
     [
         (["gevs"], ["vibration standard 'gevs': unknown name", *standards()]),
         (["ship", "--table", "{own}"], ["own.toml: table 'ship': unknown name", "floor, deck"]),
-        (["--table", "no_such.toml"], ["no_such.toml: No such file"]),
+        (["--table", "no_such.toml"], ["no_such.toml: no such file"]),
         (["--table", "{own}.bad"], ["own.toml.bad: [floor]: points: missing"]),
         (["gevs_acceptance", "--out", "{own}/out"], ["cannot be written"]),
     ],

@@ -12,8 +12,8 @@ from ftcfa.study.realised_spectrum import SpectrumEstimate, estimate_spectrum
 from ftcfa.vibration.records.record import Record
 from ftcfa.vibration.spectra.spectrum import Spectrum
 
-SEGMENTS = 32
-"""Number of segments without overlap into which a record is cut."""
+SEGMENTS, FEWEST = 32, 4
+"""Number of segments without overlap into which a record is cut, and their smallest number."""
 SHORTEST = 16
 """Smallest number of samples of a segment."""
 MOST_LINES = 2000
@@ -64,14 +64,14 @@ def measured_vibration(record: Record, confidence: float = 0.95) -> MeasuredVibr
     """Statistics, spectrum and envelope of a record.
 
     Raises:
-        ParameterError: If the record is shorter than 32 segments of 16 samples, or an axis is
+        ParameterError: If the record is shorter than 4 segments of 16 samples, or an axis is
             constant.
     """
     probability("measured_vibration confidence", confidence)
     detrended = record.detrended()
-    length = min(len(record.values) // SEGMENTS, 2 * MOST_LINES)
-    if length < SHORTEST:
-        got, expected = f"{len(record.values)} samples", f"{SEGMENTS * SHORTEST} or more"
+    length = min(max(len(record.values) // SEGMENTS, SHORTEST), 2 * MOST_LINES)
+    if len(record.values) < FEWEST * length:
+        got, expected = f"{len(record.values)} samples", f"{FEWEST * SHORTEST} or more"
         raise ParameterError("record for a spectrum", got, expected)
     for name, rms in zip(record.axes, detrended.rms(), strict=True):
         if not rms > 0:

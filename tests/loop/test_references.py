@@ -222,7 +222,7 @@ def test_a_bad_file_is_refused_by_name(tmp_path, text, complaint):
 
 
 def test_a_missing_or_binary_file_is_refused_by_name(tmp_path):
-    with pytest.raises(ParameterError, match=r"none\.csv: No such file .*expected a readable"):
+    with pytest.raises(ParameterError, match=r"none\.csv: no such file .*expected a readable"):
         Table.from_file(tmp_path / "none.csv")
     binary = tmp_path / "binary.csv"
     binary.write_bytes(bytes(range(256)))

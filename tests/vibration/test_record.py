@@ -177,7 +177,7 @@ def test_rounded_times_are_no_gaps(csv):
 
 def test_other_bad_files(tmp_path):
     with pytest.raises(
-        ParameterError, match=r"none.csv: No such file or directory, expected a rea"
+        ParameterError, match=r"none.csv: no such file or directory, expected a rea"
     ):
         read_record(tmp_path / "none.csv")
     with pytest.raises(

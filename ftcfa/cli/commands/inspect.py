@@ -87,6 +87,12 @@ def _numbers(option: str, words: Sequence[str]) -> dict[str, float]:
 
 def _efforts(words: Sequence[str]) -> float | dict[str, float] | None:
     """Effort limits: one number for all joints, or numbers by name; None if none are given."""
+    from ftcfa.errors import ParameterError
+
     if len(words) == 1 and "=" not in words[0]:
-        return _numbers("--effort-limit", [f"all={words[0]}"])["all"]
+        try:
+            return float(words[0])
+        except ValueError as error:
+            expected = "VALUE or NAME=VALUE with a number"
+            raise ParameterError("--effort-limit", words[0], expected) from error
     return _numbers("--effort-limit", words) or None

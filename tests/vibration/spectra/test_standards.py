@@ -164,5 +164,5 @@ def test_a_bad_table_names_file_table_and_key(table, text, message):
 
 
 def test_a_missing_file(tmp_path):
-    with pytest.raises(ParameterError, match=r"none.toml: No such file or directory, expected a r"):
+    with pytest.raises(ParameterError, match=r"none.toml: no such file or directory, expected a r"):
         read_table(tmp_path / "none.toml")
