@@ -75,6 +75,12 @@ def test_every_dialect_reads_as_the_same_record(write, name):
     np.testing.assert_allclose(record.values[:, 0], G * X, rtol=1e-12)
 
 
+def test_columns_that_are_left_out_are_said(write):
+    file = write(table("count,x [g],time [s]", COUNT, X, S))
+    assert "left out: count" in read_record(file).notes
+    assert "left out: count, time" in read_record(file, rate=100.0).notes
+
+
 @pytest.mark.parametrize("unit", ["mg", "mm/s^2", "m/s/s", "m/s²", "m s^-2", "gal", "G", "m·s⁻²"])
 def test_units_of_acceleration(write, unit):
     size = {"mg": 1e-3 * G, "mm/s^2": 1e-3, "gal": 1e-2, "G": G}.get(unit, 1.0)

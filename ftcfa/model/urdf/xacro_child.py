@@ -8,6 +8,7 @@ URDF.
 
 import errno
 import json
+import os
 import resource
 import sys
 from pathlib import Path
@@ -32,10 +33,10 @@ def confine(folders: list[Path]) -> None:
     def watch(event: str, arguments: tuple[Any, ...]) -> None:
         if event.startswith(FORBIDDEN):
             raise PermissionError(f"xacro must not use {event}")
-        if event != "open" or not isinstance(arguments[0], str):
+        if event != "open" or not isinstance(arguments[0], str | bytes):
             return
-        path, mode = Path(arguments[0]).resolve(), arguments[1] or "r"
-        if any(letter in mode for letter in "wax+"):
+        path, flags = Path(os.fsdecode(arguments[0])).resolve(), arguments[2]
+        if flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND):
             raise PermissionError(errno.EACCES, "xacro must not write it", str(path))
         if not any(path.is_relative_to(folder) for folder in readable):
             where = "outside the file's package and package_dirs"

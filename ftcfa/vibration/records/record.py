@@ -5,7 +5,7 @@ roll [rad/s^2]``; a unit is never guessed.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,6 +17,7 @@ from scipy import signal
 from ftcfa.arrays import Array
 from ftcfa.checks import Check, known_name, natural, numbers, positive
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.files import local_path
 from ftcfa.parts import Part
 from ftcfa.vibration.records.columns import Columns, default_names, read_columns
 from ftcfa.vibration.records.quantities import Unit, acceleration, derivation, quantity, same_unit
@@ -135,37 +136,53 @@ def read_record(
         ShapeError: If the number of units is not the number of axes.
         UnknownNameError: If the header lacks one of ``columns``, or a unit is unknown.
     """
-    path, natural_skip = Path(file), natural("read_record skip", skip)
+    path = local_path(file)
     step = _given_step(step, rate)
-    table = read_columns(path, natural_skip)
+    table = read_columns(path, natural("read_record skip", skip))
     at = time_column(table)
     if at is None and not table.header and step is None and len(table.names) > 1:
         at = 0  # without a header, the first column is time
     chosen = _axes(table, at, columns)
-    notes = [path.name, *table.notes]
     values = np.column_stack([table.numbers(k) for k in chosen])
+    notes = [path.name, *table.notes, *_left_out(table, at if step is None else None, chosen)]
     if step is None:
-        if at is None:
-            got = "no column of times" if len(table.names) > 1 else "one column"
-            remedy = "name it time [s], or give step or rate"
-            raise ParameterError(str(path), got, "times and one axis or more", remedy)
-        time = seconds(table, at, time_unit)
-        if resample is not None:
-            rising(path, time, table.rows)
-            values, step = _resampled(time, values, resample)
-            notes.append(f"interpolated linearly to {resample:g} Hz")
-        else:
-            step, note = even_step(path, time, table.rows, jitter)
-            notes += [note] if note else []
-    names = tuple(table.names[k] for k in chosen)
-    if not table.header and at is not None:
-        names = default_names(len(chosen))
+        values, step, note = _in_time(table, at, values, time_unit, resample, jitter)
+        notes.append(note)
+    named = table.header or at is None
+    names = tuple(table.names[k] for k in chosen) if named else default_names(len(chosen))
     units = _units(path, names, [table.units[k] for k in chosen], unit)
     kinds = [quantity(f"{path}: unit of {n}", u) for n, u in zip(names, units, strict=True)]
     made = [acceleration(values[:, k], kind, step) for k, kind in enumerate(kinds)]
     notes += [f"{n}: {derivation(k)}" for n, k in zip(names, kinds, strict=True) if derivation(k)]
     si = tuple(kind.unit for kind in kinds)
-    return Record(step, np.column_stack(made), names, tuple(notes), si)
+    return Record(step, np.column_stack(made), names, tuple(filter(None, notes)), si)
+
+
+def _left_out(table: Columns, at: int | None, chosen: Sequence[int]) -> Iterator[str]:
+    """A note of the named columns that are neither times nor axes."""
+    others = [n for k, n in enumerate(table.names) if n and k != at and k not in chosen]
+    if table.header and others:
+        yield f"left out: {', '.join(others)}"
+
+
+def _in_time(
+    table: Columns,
+    at: int | None,
+    values: Array,
+    time_unit: TimeUnit | None,
+    resample: float | None,
+    jitter: float,
+) -> tuple[Array, float, str]:
+    """Values at even times, their step [s], and a note of what was done to the times."""
+    if at is None:
+        got = "no column of times" if len(table.names) > 1 else "one column"
+        remedy = "name it time [s], or give step or rate"
+        raise ParameterError(str(table.path), got, "times and one axis or more", remedy)
+    time = seconds(table, at, time_unit)
+    if resample is None:
+        return values, *even_step(table.path, time, table.rows, jitter)
+    rising(table.path, time, table.rows)
+    return *_resampled(time, values, resample), f"interpolated linearly to {resample:g} Hz"
 
 
 def _given_step(step: float | None, rate: float | None) -> float | None:

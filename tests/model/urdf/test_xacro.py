@@ -1,6 +1,8 @@
 """xacro files are expanded in a process of its own, which sees their package and nothing else."""
 
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -99,6 +101,40 @@ def test_nothing_outside_the_folders_is_read(tmp_path):
     ):
         said = refusal(tmp_path / "inside", inside)
         assert "outside the file's package and package_dirs" in said
+
+
+CONFINED = """
+import sys
+from pathlib import Path
+from ftcfa.model.urdf.xacro_child import confine
+confine([Path({folder!r})])
+try:
+    {attempt}
+except PermissionError:
+    sys.exit(13)
+"""
+
+
+@pytest.mark.parametrize(
+    "attempt",
+    [
+        "open('/etc/hostname')",
+        "open(b'/etc/hostname')",
+        "open('{folder}/new', 'w')",
+        "__import__('os').open('/etc/hostname', 0)",
+        "__import__('os').open('{folder}/inside', __import__('os').O_RDWR)",
+        "__import__('os').system('true')",
+        "__import__('os').remove('{folder}/inside')",
+        "__import__('subprocess').run(['true'])",
+        "__import__('socket').create_connection(('127.0.0.1', 9))",
+    ],
+)
+def test_the_fence(tmp_path, attempt):
+    (tmp_path / "inside").write_text("x")
+    code = CONFINED.format(folder=str(tmp_path), attempt=attempt.format(folder=tmp_path))
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 13
+    allowed = CONFINED.format(folder=str(tmp_path), attempt=f"open('{tmp_path}/inside').read()")
+    assert subprocess.run([sys.executable, "-c", allowed], check=False).returncode == 0
 
 
 def test_the_environment_is_empty(tmp_path, monkeypatch):
