@@ -41,7 +41,8 @@ def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
             content = stream.read(most + 1)
     except (OSError, ValueError) as error:  # ValueError: a null byte
         reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise ParameterError(str(path), reason, "a readable file") from error
+        remedy = "check the path and its permissions"
+        raise ParameterError(str(path), reason, "a readable file", remedy) from error
     if len(content) > most:
         size = f"{most / 2**20:g} MiB"
         raise ParameterError(str(path), f"more than {size}", f"a file of at most {size}")

@@ -228,7 +228,7 @@ def test_a_missing_or_binary_file_is_refused_by_name(tmp_path):
     binary.write_bytes(bytes(range(256)))
     with pytest.raises(ParameterError, match=r"binary\.csv: "):
         Table.from_file(binary)
-    with pytest.raises(ParameterError, match="Is a directory"):
+    with pytest.raises(ParameterError, match="is a directory"):
         Table.from_file(tmp_path)
 
 

@@ -12,7 +12,7 @@ from textwrap import shorten
 from lxml import etree
 
 from ftcfa.errors import FtcfaError, UrdfError
-from ftcfa.files import local_path
+from ftcfa.files import read_bounded
 
 MAX_BYTES = 32 * 2**20
 MAX_ELEMENTS = {"link": 1000, "joint": 1000}
@@ -31,6 +31,8 @@ TOLERATED = {
 """Errors of libxml2 that other readers of URDF do not look for, as warnings."""
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _MOVING = re.compile(r"""\stype\s*=\s*["']\s*(?:revolute|continuous|prismatic)""")
+_CONFLICT = re.compile(r"^(<<<<<<<|>>>>>>>) ", re.MULTILINE)
+_INSTRUCTION = re.compile(r"<\?(?!xml\b)", re.IGNORECASE)
 _LATIN = re.compile(rb"encoding=[\"'](iso-8859-1|latin-?1|windows-1252)", re.IGNORECASE)
 _XACRO = re.compile(
     r"""<xacro:|=\s*["'][^"'<>]*\$(\{[^}]*\}|\((find|arg|env|optenv|dirname|eval)\b)"""
@@ -61,19 +63,10 @@ def read_bytes(file: Path) -> bytes:
         UrdfError: If it cannot be read, or is larger.
     """
     try:
-        with local_path(file).open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
+        return read_bounded(file, MAX_BYTES)
     except FtcfaError as error:
-        raise UrdfError(str(file), error.got, error.expected, error.remedy) from error
-    except (OSError, ValueError) as error:  # ValueError: a null byte
-        reason = (getattr(error, "strerror", None) or str(error)).lower().rstrip(".")
-        remedy = "check the path and its permissions"
-        raise UrdfError(str(file), reason, "a readable URDF file", remedy) from error
-    if len(content) > MAX_BYTES:
-        got = f"more than {MAX_BYTES // 2**20} MiB"
-        remedy = "give the URDF itself, not a mesh or an archive"
-        raise UrdfError(str(file), got, "the text of a URDF", remedy)
-    return content
+        remedy = error.remedy or "give the path of a URDF, not of a mesh or an archive"
+        raise UrdfError(str(file), error.got, "a readable URDF file", remedy) from error
 
 
 def parse(file: Path, content: bytes) -> tuple[etree._Element, list[str]]:
@@ -89,24 +82,13 @@ def parse(file: Path, content: bytes) -> tuple[etree._Element, list[str]]:
         if content.lstrip().startswith(start):
             raise UrdfError(str(file), f"this is {what}", "a URDF", remedy)
     text, warnings = _decoded(content)
-    dashes = next((c.start() for c in _COMMENT.finditer(text) if "--" in f"{c[0][4:-3]}-"), None)
-    if dashes is not None:
-        line = text.count("\n", 0, dashes) + 1
-        warnings.append(f"a comment that has -- in it, line {line}")
+    warnings += _oddities(text)
     text = _COMMENT.sub(_lines, text)
     _refuse_by_counting(file, text)
     root, errors = _tree(text)
-    fatal = [error for error in errors if error.type_name not in TOLERATED]
-    if root is not None and _name_of(root) in _BY_ROOT:
-        what, remedy = _BY_ROOT[_name_of(root)]
-        raise UrdfError(str(file), f"this is {what}", "a URDF", remedy)
-    if re.search(r"^(<<<<<<<|>>>>>>>) ", text, re.MULTILINE):
-        got, remedy = "conflict markers of a version control", "resolve the conflict in the file"
-        raise UrdfError(str(file), got, "a URDF", remedy)
-    if root is None or fatal:
-        reason = _reason(fatal[0]) if fatal else "no element"
-        remedy = "run `check_urdf` or export the file again"
-        raise UrdfError(str(file), f"not XML ({reason})", "a URDF", remedy)
+    fatal = next((_reason(error) for error in errors if error.type_name not in TOLERATED), "")
+    if root is None or fatal or _name_of(root) in _BY_ROOT:
+        raise _no_urdf(file, text, root, fatal)
     if root.getroottree().docinfo.doctype:
         got = "a DOCTYPE, which could expand or include entities"
         remedy = "delete the <!DOCTYPE ...> and replace its entities by their values"
@@ -119,6 +101,31 @@ def parse(file: Path, content: bytes) -> tuple[etree._Element, list[str]]:
         got, remedy = f"the root element is <{root.tag}>", "convert the file to URDF"
         raise UrdfError(str(file), got, "<robot>", remedy)
     return root, warnings
+
+
+def _oddities(text: str) -> Iterator[str]:
+    """Warnings about what is taken out before the XML is read."""
+    comments = (c.start() for c in _COMMENT.finditer(text) if "--" in f"{c[0][4:-3]}-")
+    instructions = (found.start() for found in _INSTRUCTION.finditer(text))
+    for what, places in (
+        ("a processing instruction, ignored", instructions),
+        ("a comment that has -- in it", comments),
+    ):
+        place = next(places, None)
+        if place is not None:
+            yield f"{what}, line {text.count(chr(10), 0, place) + 1}"
+
+
+def _no_urdf(file: Path, text: str, root: etree._Element | None, fatal: str) -> UrdfError:
+    """The error for a text that is something else, or broken."""
+    if root is not None and _name_of(root) in _BY_ROOT:
+        what, remedy = _BY_ROOT[_name_of(root)]
+        return UrdfError(str(file), f"this is {what}", "a URDF", remedy)
+    if _CONFLICT.search(text):
+        got, remedy = "conflict markers of a version control", "resolve the conflict in the file"
+        return UrdfError(str(file), got, "a URDF", remedy)
+    remedy = "run `check_urdf` or export the file again"
+    return UrdfError(str(file), f"not XML ({fatal or 'no element'})", "a URDF", remedy)
 
 
 def is_xacro(content: bytes) -> bool:

@@ -59,6 +59,12 @@ TAKEN = {
         TWO_JOINTS.replace(LINKS, f"{LINKS}\n<!-- Gr\xf6\xdfe -->").encode("latin-1"),
         "bytes that are not UTF-8, line 2; read as Latin-1",
     ),
+    "processing instructions": (
+        f"<?a b?>{TWO_JOINTS}".replace(LINKS, f"<?a b?>{LINKS}").replace(
+            "<inertial>", "<inertial><?a b?>"
+        ),
+        "a processing instruction, ignored, line 1",
+    ),
     "a default namespace": (
         robot(LINKS, SHOULDER, ELBOW, attributes='name="arm" xmlns="urn:x"'),
         "a default namespace (urn:x), ignored",
@@ -89,9 +95,6 @@ TAKEN = {
     ),
 }
 SILENT = {
-    "processing instructions": TWO_JOINTS.replace(LINKS, f"<?a b?>{LINKS}").replace(
-        "<inertial>", "<inertial><?a b?>"
-    ),
     "UTF-16": TWO_JOINTS.encode("utf-16"),
     "declared Latin-1": ('<?xml version="1.0" encoding="iso-8859-1"?>' + TWO_JOINTS).encode(),
 }

@@ -90,8 +90,8 @@ def test_megabytes_of_garbage_are_refused_in_bounded_memory(tmp_path: Path, size
     assert peak < MEMORY
     if size > 32 * 2**20:
         assert sentence == (
-            f"{file}: more than 32 MiB, expected the text of a URDF; "
-            "give the URDF itself, not a mesh or an archive"
+            f"{file}: more than 32 MiB, expected a readable URDF file; "
+            "give the path of a URDF, not of a mesh or an archive"
         )
     else:
         assert sentence.startswith(f"{file}: not XML (")

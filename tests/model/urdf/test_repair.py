@@ -16,7 +16,8 @@ from ..texts import BASE, ELBOW, SHOULDER, link, robot, with_upper
 GRID = 1e-11
 """Relative: a repaired inertia is rounded."""
 TINY = {"ixx": 1e-8, "iyy": 1e-8, "izz": 1e-7}
-symmetric = arrays(float, (3, 3), elements=st.floats(-1, 1)).map(lambda A: A + A.T)
+usual = st.floats(-1, 1).map(lambda x: x if abs(x) > 1e-9 else 0.0)  # files hold no others
+symmetric = arrays(float, (3, 3), elements=usual).map(lambda A: A + A.T)
 
 
 def moments(inertia):
