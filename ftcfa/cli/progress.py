@@ -14,7 +14,7 @@ from typing import Any
 
 RECENT = 16
 """Number of reports from which the rate is computed."""
-PATIENCE = 0.7
+PATIENCE = 0.4
 """Longest time that Ctrl-C waits for the end of a step [s]."""
 interrupted = Event()
 """Set once Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
