@@ -38,6 +38,13 @@ def stop_after_step(*_: Any) -> None:
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)
 
 
+def obey() -> None:
+    """Raise KeyboardInterrupt if Ctrl-C was pressed during the step that ends now."""
+    if interrupted.is_set():
+        signal.setitimer(signal.ITIMER_REAL, 0.0)  # what follows, a summary, is not hurried
+        raise KeyboardInterrupt
+
+
 @contextmanager
 def progress_of_steps(label: str, total: int) -> Iterator[Callable[[], None]]:
     """Show a bar with the number of steps done; yields a function that advances it by one."""
@@ -49,8 +56,7 @@ def progress_of_steps(label: str, total: int) -> Iterator[Callable[[], None]]:
 
         def advance(steps: int = 1) -> None:
             bar.advance(task, steps)
-            if interrupted.is_set():
-                raise KeyboardInterrupt
+            obey()
 
         advance(0)
         yield advance
@@ -72,8 +78,7 @@ def progress_of_paths() -> Iterator[Callable[[int, int], None]]:
             seen.append((time.monotonic(), done))
             text = pace(done, total, seen[-1][0] - seen[0][0], done - seen[0][1])
             bar.update(task, completed=done, total=total, description=text)
-            if interrupted.is_set():
-                raise KeyboardInterrupt
+            obey()
 
         yield report
 
