@@ -189,6 +189,17 @@ def counting(subject: str, value: Any) -> None:
         raise ParameterError(subject, repr(value), "an integer >= 1")
 
 
+def counting_to(most: int) -> Callable[[str, Any], None]:
+    """The check that a value is an integer from 1 to a largest one."""
+
+    def check(subject: str, value: Any) -> None:
+        counting(subject, value)
+        if value > most:
+            raise ParameterError(subject, f"{value:.4g}", f"at most {most:,}")
+
+    return check
+
+
 def natural(subject: str, value: Any) -> int:
     """A seed or the number of a path as a plain integer.
 

@@ -91,6 +91,15 @@ TOO_MUCH = {
 }
 
 
+def test_a_verification_beyond_the_machine(experiment, capsys):
+    required = "[specification]\nerror = 0.1\nwithin = 0.5\nbudget = 1_000_000_000_000\n"
+    more = f"substeps = 1_000_000\nperiod = 1e-6\n{required}"
+    with pytest.raises(SystemExit) as caught:
+        main(["verify", str(experiment(duration=3000.0, more=more))])
+    assert caught.value.code == 2
+    assert "reference at every sample" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", TOO_MUCH)
 def test_work_beyond_the_machine_is_refused_before_it_begins(name, experiment, tmp_path, capsys):
     start = time.monotonic()

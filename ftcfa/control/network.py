@@ -3,28 +3,20 @@
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, counting, positive, positive_or_infinite
+from ftcfa.checks import Check, counting_to, positive, positive_or_infinite
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
-from ftcfa.errors import ParameterError
 from ftcfa.parts import Parameters, Part, number_fields
 
 APART = 1000.0
 """Largest 4 log(c_j); e^250 leaves room for sums and products."""
 MOST_NODES = 1000
 """Largest number of basis functions."""
-
-
-def number_of_nodes(subject: str, value: Any) -> None:
-    """Raise ParameterError unless a value is an integer from 1 to MOST_NODES."""
-    counting(subject, value)
-    if value > MOST_NODES:
-        raise ParameterError(subject, f"{value:.4g}", f"at most {MOST_NODES}")
 
 
 @dataclass(frozen=True)
@@ -43,7 +35,7 @@ class RBFNetwork(Part):
             paper's law, which has none.
     """
 
-    nodes: Annotated[int, Check(number_of_nodes)] = 10
+    nodes: Annotated[int, Check(counting_to(MOST_NODES))] = 10
     width: Annotated[float, Check(positive, "rad and rad/s")] = 4.0
     half_range: Annotated[float, Check(positive, "rad and rad/s")] = 2.0
     largest_theta: Annotated[float, Check(positive_or_infinite)] = 100.0

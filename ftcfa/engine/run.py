@@ -48,6 +48,7 @@ def run_paths(
 
     Args: As for `ftcfa.engine.compiled.run_compiled`; ``vary`` is unchecked.
     """
+    check_work(loop, len(paths), samples)
     varied = checked_values(loop, {**vary, **_robots(loop, vary, seed, paths)}, len(paths))
     arguments = (loop, samples, record_every, seed, paths, names, varied)
     if engine == "compiled":
@@ -90,13 +91,14 @@ def samples_of(loop: ClosedLoop, duration: float) -> int:
     """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
     not_negative("duration", duration, "s")
     samples = round(duration / loop.period) + 1
-    check_memory("reference at every sample", 8 * 3 * loop.arm.n * samples)
+    remedy = "take a shorter duration or a longer period"
+    check_memory("reference at every sample", 8 * 3 * loop.arm.n * samples, remedy)
     return samples
 
 
-def check_work(loop: ClosedLoop, paths: int, duration: float) -> None:
+def check_work(loop: ClosedLoop, paths: int, samples: int) -> None:
     """Raise ParameterError if paths take more integration steps than MOST_STEPS."""
-    steps = paths * samples_of(loop, duration) * loop.substeps
+    steps = paths * samples * loop.substeps
     if steps > MOST_STEPS:
         got = f"{steps:.3g} integration steps"
         expected = f"at most {MOST_STEPS:.0e}, a year of a fast machine"
@@ -104,10 +106,12 @@ def check_work(loop: ClosedLoop, paths: int, duration: float) -> None:
         raise ParameterError("paths, duration and substeps together", got, expected, remedy)
 
 
-def check_memory(subject: str, needed: int) -> None:
+FEWER = "raise record_every, or run fewer paths at a time"
+
+
+def check_memory(subject: str, needed: int, remedy: str = FEWER) -> None:
     """Raise ParameterError if a result of some bytes needs more than half of the memory."""
     present = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     if needed > present / 2:
         expected = f"at most half of the machine's {present / 2**30:.1f} GiB"
-        remedy = "raise record_every, or run fewer paths at a time"
         raise ParameterError(subject, f"{needed / 2**30:.1f} GiB", expected, remedy)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, about, counting, having, known_name, positive, vector
+from ftcfa.checks import Check, about, counting_to, having, known_name, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
@@ -35,6 +35,8 @@ LOOP_QUANTITIES: Mapping[str, Quantity] = {
     "u_command": Quantity("N m", "torque that the controller commands"),
 }
 """Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
+MOST_SUBSTEPS = 1_000_000
+"""Largest number of integration steps a period."""
 DIVERGED = 1e4
 """A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
 
@@ -126,7 +128,7 @@ class ClosedLoop(Part):
         Vibration | None, Check(having("excitation", "a Vibration(input, excitation), or None"))
     ] = None
     period: Annotated[float, Check(positive, "s")] = 1e-3
-    substeps: Annotated[int, Check(counting)] = 1
+    substeps: Annotated[int, Check(counting_to(MOST_SUBSTEPS))] = 1
     integrator: Annotated[str, Check(partial(known_name, known=INTEGRATORS))] = "euler-maruyama"
     q0: Posture | None = None
     v0: npt.ArrayLike | None = None

@@ -97,7 +97,7 @@ def ensemble(
             done, or None if no chunk is.
     """
     counting("paths", paths)
-    samples_of(loop, duration)
+    check_work(loop, paths, samples_of(loop, duration))
     probability("confidence", confidence)
     for p in quantiles:
         probability("quantile", p)
@@ -107,7 +107,6 @@ def ensemble(
     whole = path_numbers(trajectories)
     beyond = None if lost is None else _positive_for_joints(lost, loop.arm.n)
     plan = Plan(float(duration), seed, record_every, tolerance, chunk, after, beyond)
-    check_work(loop, paths, duration)
     times = len(plan.times(loop))
     check_memory("quantiles over time", 4 * BINS * times * quantities(loop.arm.n))
     check_memory("metrics of all paths", 8 * paths * len(METRICS) * loop.arm.n)

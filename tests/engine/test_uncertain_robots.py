@@ -92,6 +92,7 @@ def test_a_path_is_the_same_alone_and_in_a_batch(loop, engine):
 
 
 def test_other_seeds_paths_and_spreads_take_the_same_program(loop):
+    loop = replace(loop)  # which no other test has traced
     simulate_paths(loop, 3, 0.01)
     (code,) = [c for (names, varied), c in trace._traced[loop].items() if "arm.inertias" in varied
                and tuple(names) == SIGNALS]  # fmt: skip
