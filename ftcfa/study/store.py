@@ -169,9 +169,12 @@ class Store:
 
     def _put(self, place: Path, dataset: xr.Dataset) -> None:
         self._check_there()
-        with self._writing(), _unfinished(place) as unfinished:
-            dataset.to_zarr(unfinished, mode="w", consolidated=False, zarr_format=ZARR_FORMAT)
-            _rename(unfinished, place)
+        try:
+            with self._writing(), _unfinished(place) as unfinished:
+                dataset.to_zarr(unfinished, mode="w", consolidated=False, zarr_format=ZARR_FORMAT)
+                _rename(unfinished, place)
+        finally:
+            self._check_there()  # also where it was deleted meanwhile
 
     def _check_there(self) -> None:
         """Raise FtcfaError if the store was deleted since it was opened."""
