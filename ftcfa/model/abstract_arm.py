@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +59,7 @@ class AbstractArm(ABC):
         """
         return (self.G.T * self.joint_damping(v)) @ self.G
 
+    @cached_property
     def rotor_matrix(self) -> Traceable:
         """What rotors add to M, G^T diag(armature) G, shape (n, n) [kg m^2 or kg]."""
         return (self.G.T * self.armature) @ self.G

@@ -185,7 +185,7 @@ class Arm(AbstractArm):
     def mass_matrix(self, q: Array) -> Array:
         """M(q), symmetric positive definite, shape (n, n) [kg m^2 or kg], by CRBA."""
         M = pin.crba(self.model, self._data, self._model_q(q))
-        return self.G.T @ M @ self.G + self.rotor_matrix()
+        return self.G.T @ M @ self.G + self.rotor_matrix
 
     def coriolis_matrix(self, q: Array, v: Array) -> Array:
         """C(q, v) with M' - 2 C skew-symmetric, shape (n, n)."""

@@ -1,6 +1,7 @@
 """The protocol of a robot in a loop: `Arm` follows it, and so can a closed form of the user."""
 
-from typing import Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from typing import Protocol
 
 from ftcfa.arrays import Array, Traceable, solve_spd
 
@@ -48,13 +49,14 @@ class Dynamics(Protocol):
         """M_qb(q), shape (n, 6)."""
 
 
-@runtime_checkable
-class LinearTime(Protocol):
+class LinearTime(ABC):
     """A robot that computes forces and velocities without M, in time in proportion to n."""
 
+    @abstractmethod
     def inertial_force(self, q: Traceable, a: Traceable) -> Traceable:
         """M(q) a, shape (n,)."""
 
+    @abstractmethod
     def impulse_response(
         self, q: Traceable, v: Traceable, impulse: Traceable, step: float
     ) -> Traceable:
@@ -77,4 +79,5 @@ def impulse_response(
     """
     if isinstance(arm, LinearTime):
         return arm.impulse_response(q, v, impulse, step)
-    return solve_spd(arm.mass_matrix(q) + step * arm.damping_matrix(v), impulse)
+    M = arm.mass_matrix(q)
+    return solve_spd(M + step * arm.damping_matrix(v) if step else M, impulse)

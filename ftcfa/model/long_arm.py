@@ -10,13 +10,14 @@ from functools import cached_property
 import casadi as ca
 
 from ftcfa.arrays import Traceable
+from ftcfa.model.dynamics import LinearTime
 from ftcfa.model.symbols import array, column
 from ftcfa.model.traced import TracedArm
 
 
 @dataclass(frozen=True, eq=False)
-class LongArm(TracedArm):
-    """The twin of an arm each of whose coordinates moves one joint: `LinearTime` dynamics."""
+class LongArm(TracedArm, LinearTime):
+    """The twin of an arm each of whose coordinates moves one joint."""
 
     def inertial_force(self, q: Traceable, a: Traceable) -> Traceable:
         """M(q) a, shape (n,): see `ftcfa.model.dynamics.inertial_force`."""

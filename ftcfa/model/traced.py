@@ -95,7 +95,7 @@ class TracedArm(AbstractArm):
 
     def mass_matrix(self, q: Traceable) -> Traceable:
         """M(q), shape (n, n)."""
-        return array(self._inertia(column(q), self._parameters)[0], 2) + self.rotor_matrix()
+        return array(self._inertia(column(q), self._parameters)[0], 2) + self.rotor_matrix
 
     def coriolis_matrix(self, q: Traceable, v: Traceable) -> Traceable:
         """C(q, v) from Christoffel's symbols, shape (n, n).
