@@ -49,6 +49,19 @@ def read_bounded(path: Path, most: int = MAX_BYTES) -> bytes:
     return content
 
 
+def decoded(content: bytes) -> tuple[str, int | None]:
+    """Text of a file, and the place of the first byte for which it is read as Latin-1, or None.
+
+    UTF-16 by its mark, UTF-8, else Latin-1, where every byte is a letter.
+    """
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16", errors="replace"), None
+    try:
+        return content.decode("utf-8-sig"), None
+    except UnicodeDecodeError as error:
+        return content.decode("latin-1"), error.start
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """The document of a TOML file.
 

@@ -6,11 +6,10 @@ import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.model.arm import Arm
-from ftcfa.model.mass_matrix_bounds import joint_box
+from ftcfa.model.mass_matrix_bounds import random_postures
 
 SAMPLES = 256
 """Number of random postures beside home."""
-
 ROUNDING = 1e-12
 """Forces below this share of the largest one are rounding errors."""
 
@@ -24,7 +23,7 @@ class GravityLoad(NamedTuple):
 
 def gravity_load(arm: Arm) -> GravityLoad:
     """Gravity's force on each joint at home, and at worst over random postures of the range."""
-    box = np.random.default_rng(0).uniform(*joint_box(arm), (SAMPLES, arm.n))
-    loads = np.abs([arm.potential_force(q) for q in (arm.home, *box)])
+    postures = (arm.home, *random_postures(arm, SAMPLES))
+    loads = np.abs([arm.potential_force(q) for q in postures])
     loads = np.where(loads > ROUNDING * loads.max(), loads, 0.0)
     return GravityLoad(loads[0], loads.max(axis=0))

@@ -19,6 +19,11 @@ def joint_box(arm: Arm) -> tuple[Array, Array]:
     return lower, upper
 
 
+def random_postures(arm: Arm, count: int) -> Array:
+    """Postures of the joint range, shape (count, n) [rad or m]; always the same ones."""
+    return np.random.default_rng(0).uniform(*joint_box(arm), (count, arm.n))
+
+
 def mass_matrix_bounds(arm: Arm, samples: int = 256, starts: int = 3) -> tuple[float, float]:
     """Mmin and Mmax of Assumption 3: extreme eigenvalues of M over the joint range [kg m^2 or kg].
 
@@ -26,7 +31,7 @@ def mass_matrix_bounds(arm: Arm, samples: int = 256, starts: int = 3) -> tuple[f
     which are always the same. The result is the best posture of these searches, without proof
     that there is no better one.
     """
-    postures = np.random.default_rng(0).uniform(*joint_box(arm), (samples, arm.n))
+    postures = random_postures(arm, samples)
     spectra = np.array([np.linalg.eigvalsh(arm.mass_matrix(q)) for q in postures])
 
     def extreme(sign: float, index: int) -> float:

@@ -7,7 +7,12 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.checks import counting
 from ftcfa.model.arm import Arm
-from ftcfa.model.mass_matrix_bounds import joint_box, least, mass_matrix_bounds, quadratic_gradient
+from ftcfa.model.mass_matrix_bounds import (
+    least,
+    mass_matrix_bounds,
+    quadratic_gradient,
+    random_postures,
+)
 from ftcfa.model.uncertainty import Uncertainty
 
 POSTURES = 64
@@ -104,7 +109,7 @@ def inertia_bounds(
         return InertiaBounds(smallest, largest)
     counting("draws", draws)
     inertias = uncertainty.draw(arm, seed, range(draws))["inertias"]
-    postures = np.random.default_rng(0).uniform(*joint_box(arm), (POSTURES, arm.n))
+    postures = random_postures(arm, POSTURES)
     norms = np.array([_norms(arm, arm.with_inertias(rows), postures) for rows in inertias])
     worst = np.argsort(norms.max(axis=1))[::-1][:IMPROVED]
     changes = [

@@ -16,7 +16,7 @@ from yourdfpy.urdf import Link
 from ftcfa.arrays import Array
 from ftcfa.errors import UrdfError
 from ftcfa.model.arm import Arm
-from ftcfa.model.mass_matrix_bounds import joint_box
+from ftcfa.model.mass_matrix_bounds import random_postures
 from ftcfa.model.urdf.blueprint import Blueprint
 from ftcfa.model.urdf.description import RobotDescription, raise_all
 
@@ -123,9 +123,8 @@ def _change_of_inertia(before: Arm, after: Arm) -> tuple[float, float]:
 
     The largest |dM_ij| / sqrt(M_ii M_jj), with M of the arm ``after``.
     """
-    box = np.random.default_rng(0).uniform(*joint_box(after), (POSTURES, after.n))
     shares = []
-    for q in (after.home, *box):
+    for q in (after.home, *random_postures(after, POSTURES)):
         M = after.mass_matrix(q)
         scale = np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
         shares.append(float(np.max(np.abs(before.mass_matrix(q) - M) / np.outer(scale, scale))))

@@ -18,7 +18,7 @@ from lxml import etree
 from yourdfpy.urdf import Joint, Robot
 
 from ftcfa.errors import CompoundUrdfError, UrdfError
-from ftcfa.model.urdf.text import is_xacro, parse, read_bytes
+from ftcfa.model.urdf.text import parse, read_bytes
 from ftcfa.model.urdf.xml import cut_down, element_faults, tree_faults
 
 NO_LIMIT = 1e6
@@ -94,9 +94,6 @@ def read_urdf(file: Path, content: bytes | None = None) -> RobotDescription:
     """
     if content is None:
         content = read_bytes(file)
-    if is_xacro(content):
-        remedy = "run `xacro FILE > arm.urdf` first"
-        raise UrdfError(str(file), "xacro, not expanded", "plain URDF", remedy)
     tree, warnings = parse(file, content)
     root, more = cut_down(tree)
     faults = [*tree_faults(file, root)]

@@ -17,7 +17,7 @@ from ftcfa.arrays import Array
 from ftcfa.checks import Check, about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
-from ftcfa.model.mass_matrix_bounds import joint_box
+from ftcfa.model.mass_matrix_bounds import random_postures
 from ftcfa.model.urdf.blueprint import Blueprint
 from ftcfa.model.urdf.bodies import Repair, body_faults, physical
 from ftcfa.model.urdf.catalogue import catalogue, locate, package_folders
@@ -150,7 +150,11 @@ def arm_from_source(
     ``inertias`` (see `Arm.inertias`), ``damping`` and ``friction``. Raises what `load_arm` raises.
     """
     if urdf is not None:
-        entry, description = None, read_urdf(Path(robot), urdf.encode())
+        content = urdf.encode()
+        if is_xacro(content):
+            remedy = "run `xacro FILE > arm.urdf` first"
+            raise UrdfError(str(robot), "xacro, not expanded", "plain URDF", remedy)
+        entry, description = None, read_urdf(Path(robot), content)
         source: dict[str, Any] = {"urdf": urdf, "robot": str(robot)}
     else:
         entry, file = locate(robot, package_dirs)
@@ -213,8 +217,7 @@ def _nothing_moves(description: RobotDescription, lock: Locks | None) -> UrdfErr
 
 def _refuse_singular(description: RobotDescription, arm: Arm) -> None:
     """Raise UrdfError unless M is positive definite at home and at random postures."""
-    rng = np.random.default_rng(0)
-    for q in [arm.home, *rng.uniform(*joint_box(arm), (SINGULARITY_SAMPLES, arm.n))]:
+    for q in (arm.home, *random_postures(arm, SINGULARITY_SAMPLES)):
         M = arm.mass_matrix(q)
         scale = np.sqrt(np.maximum(np.diag(M), 0.0))
         if np.all(scale > 0):

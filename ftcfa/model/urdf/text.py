@@ -12,7 +12,7 @@ from textwrap import shorten
 from lxml import etree
 
 from ftcfa.errors import FtcfaError, UrdfError
-from ftcfa.files import read_bounded
+from ftcfa.files import decoded, read_bounded
 
 MAX_BYTES = 32 * 2**20
 MAX_ELEMENTS = {"link": 1000, "joint": 1000}
@@ -81,8 +81,11 @@ def parse(file: Path, content: bytes) -> tuple[etree._Element, list[str]]:
     for start, (what, remedy) in _BY_START.items():
         if content.lstrip().startswith(start):
             raise UrdfError(str(file), f"this is {what}", "a URDF", remedy)
-    text, warnings = _decoded(content)
-    warnings += _oddities(text)
+    text, odd = decoded(content)
+    warnings = [*_oddities(text)]
+    if odd is not None and not _LATIN.search(content[:200]):
+        line = content.count(b"\n", 0, odd) + 1
+        warnings.insert(0, f"bytes that are not UTF-8, line {line}; read as Latin-1")
     text = _COMMENT.sub(_lines, text)
     _refuse_by_counting(file, text)
     root, errors = _tree(text)
@@ -130,22 +133,7 @@ def _no_urdf(file: Path, text: str, root: etree._Element | None, fatal: str) -> 
 
 def is_xacro(content: bytes) -> bool:
     """Whether a file has elements or expressions of xacro."""
-    return bool(_XACRO.search(_COMMENT.sub("", _decoded(content)[0])))
-
-
-def _decoded(content: bytes) -> tuple[str, list[str]]:
-    """Text of a file, and warnings: UTF-8, else Latin-1, where every byte is a letter."""
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return content.decode("utf-16", errors="replace"), []
-    try:
-        return content.decode("utf-8-sig"), []
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        declared = re.search(
-            rb'encoding=["\'](iso-8859-1|latin-?1|windows-1252)', content[:200], re.I
-        )
-        warning = f"bytes that are not UTF-8, line {line}; read as Latin-1"
-        return content.decode("latin-1"), [] if declared else [warning]
+    return bool(_XACRO.search(_COMMENT.sub("", decoded(content)[0])))
 
 
 def _lines(comment: re.Match[str]) -> str:

@@ -19,14 +19,13 @@ MAX_HEADER = 10_000
 """Longest header of an array [bytes]."""
 
 
-def read_npy(path: Path) -> tuple[Array, tuple[str, ...], str]:
-    """Values (samples, columns), their names, the first of which is time, and no unit."""
-    values = _table(path, _array(path, read_bounded(path)))
-    return values, ("time", *_axes(values.shape[1] - 1)), ""
+def read_npy(path: Path) -> tuple[Array, bool, str]:
+    """Values (samples, columns), that the first column is time [s], and no unit of the others."""
+    return _table(path, _array(path, read_bounded(path))), True, ""
 
 
-def read_npz(path: Path) -> tuple[Array, tuple[str, ...], str]:
-    """Values (samples, columns) of ``time`` [s] and ``acceleration``, names, and the ``unit``."""
+def read_npz(path: Path) -> tuple[Array, bool, str]:
+    """Values (samples, columns) of ``acceleration``, whether ``time`` [s] is first, ``unit``."""
     arrays = _members(path)
     if "acceleration" not in arrays:
         got, expected = f"arrays {sorted(arrays)}", "arrays time and acceleration"
@@ -37,7 +36,7 @@ def read_npz(path: Path) -> tuple[Array, tuple[str, ...], str]:
         shapes = ", ".join(str(part.shape) for part in parts)
         raise ParameterError(str(path), f"shapes {shapes}", "(samples,) and (samples, axes)")
     unit = str(arrays["unit"]) if "unit" in arrays else ""
-    return np.hstack(parts), (*names, *_axes(parts[-1].shape[1])), unit
+    return np.hstack(parts), bool(names), unit
 
 
 def _members(path: Path) -> dict[str, npt.NDArray[Any]]:
@@ -80,10 +79,6 @@ def _table(path: Path, values: npt.NDArray[Any]) -> Array:
     if table.ndim != 2 or table.size == 0:
         raise ParameterError(str(path), f"shape {values.shape}", "(samples, columns)")
     return table.astype(float)
-
-
-def _axes(count: int) -> tuple[str, ...]:
-    return tuple("xyz") if count == 3 else tuple(f"axis {k + 1}" for k in range(count))
 
 
 def _reason(error: Exception) -> str:

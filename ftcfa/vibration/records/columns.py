@@ -12,14 +12,8 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.errors import ParameterError, UnknownNameError
 from ftcfa.vibration.records.array_file import read_npy, read_npz
-from ftcfa.vibration.records.text_table import TextTable, read_text
+from ftcfa.vibration.records.text_table import NUMBER, TextTable, read_text
 
-NUMBER = re.compile(
-    r"\s*[+-]?((\d+\.?\d*|\.\d+)(e[+-]?\d+)?|inf(inity)?|nan)\s*", re.ASCII | re.IGNORECASE
-)
-"""What every reader takes for a number."""
-LONGEST = 40
-"""Characters of a wrong cell that a message shows."""
 LONGEST = 40
 """Characters of a wrong cell that a message shows."""
 
@@ -58,8 +52,8 @@ class Columns:
         column = self.data[k]
         if column.dtype.kind not in "fiu":
             for i, text in enumerate(column):
-                if not NUMBER.fullmatch(str(text)):
-                    raise self._error(i, k, repr(str(text).strip()[:LONGEST]), "a number")
+                if not NUMBER.fullmatch(cell := str(text).strip()):
+                    raise self._error(i, k, repr(cell[:LONGEST]), "a number")
             column = np.array([float(str(text)) for text in column])
         values = column.astype(float)
         if not np.isfinite(values).all():
@@ -111,8 +105,9 @@ def _of_text(path: Path, table: TextTable) -> Columns:
     return Columns(path, names, units, table.columns, table.rows, bool(table.header), table.notes)
 
 
-def _of_arrays(path: Path, values: Array, names: tuple[str, ...], unit: str) -> Columns:
-    rows = np.arange(1, len(values) + 1)
+def _of_arrays(path: Path, values: Array, timed: bool, unit: str) -> Columns:
+    rows, axes = np.arange(1, len(values) + 1), default_names(values.shape[1] - timed)
+    names = ("time", *axes) if timed else axes
     units = tuple("s" if name == "time" else unit for name in names)
     return Columns(path, names, units, tuple(values.T), rows, header=False)
 

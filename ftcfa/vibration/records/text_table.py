@@ -18,13 +18,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from ftcfa.errors import ParameterError
-from ftcfa.files import read_bounded
+from ftcfa.files import decoded, read_bounded
 
 LOOKED_AT = 20
 """Number of lines from which the kind of table is told."""
 QUOTED = 10
 """Largest number of lines of a header with line breaks in quotes."""
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?inf|nan", re.ASCII | re.IGNORECASE)
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?inf|nan", re.ASCII | re.IGNORECASE)
+"""What every reader takes for a number."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 DATE = re.compile(r"\d{4}-?\d{2}-?\d{2}([T ]\d{2}.*)?", re.ASCII)
 """A time of ISO 8601."""
@@ -46,7 +47,8 @@ def read_text(path: Path, skip: int = 0) -> TextTable:
     Raises:
         ParameterError: If the file cannot be read, is empty, or has rows of different lengths.
     """
-    text, notes = _decoded(read_bounded(path))
+    text, odd = decoded(read_bounded(path))
+    notes = () if odd is None else ("read as Latin-1",)
     numbered = _content(text, skip)
     if not numbered:
         raise ParameterError(str(path), "empty", "a header and rows of numbers")
@@ -66,16 +68,6 @@ def read_text(path: Path, skip: int = 0) -> TextTable:
     frame = _frame(path, [line for _, line in numbered], rows, width, separator, decimal)
     columns = tuple(frame[k].to_numpy() for k in range(width))
     return TextTable(header, units, columns, rows, notes)
-
-
-def _decoded(content: bytes) -> tuple[str, tuple[str, ...]]:
-    """The text and a note where it is neither UTF-8 nor UTF-16."""
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return content.decode("utf-16", errors="replace"), ()
-    try:
-        return content.decode("utf-8-sig"), ()
-    except UnicodeDecodeError:
-        return content.decode("latin-1"), ("read as Latin-1",)
 
 
 def _content(text: str, skip: int) -> list[tuple[int, str]]:
@@ -127,7 +119,7 @@ def _header(
 
 
 def _is_value(cell: str, decimal: str) -> bool:
-    return bool(_NUMBER.fullmatch(cell.replace(decimal, ".")) or DATE.fullmatch(cell))
+    return bool(NUMBER.fullmatch(cell.replace(decimal, ".")) or DATE.fullmatch(cell))
 
 
 def _column_numbers(cells: "list[str] | tuple[str, ...]") -> bool:
