@@ -20,6 +20,10 @@ from ftcfa.model.arm import Arm
 from ftcfa.streams import Words
 
 Engine = Literal["compiled", "interpreted"]
+MOST_STEPS = 1e15
+"""Largest number of integration steps of a call."""
+FEWER = "raise record_every, or run fewer paths at a time"
+"""What makes a result smaller."""
 
 
 class Run(NamedTuple):
@@ -83,10 +87,6 @@ def path_numbers(paths: Any) -> Words:
     raise ParameterError("paths", repr(paths), "a number of paths, or path numbers")
 
 
-MOST_STEPS = 1e15
-"""Largest number of integration steps of a call."""
-
-
 def samples_of(loop: ClosedLoop, duration: float) -> int:
     """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
     not_negative("duration", duration, "s")
@@ -104,9 +104,6 @@ def check_work(loop: ClosedLoop, paths: int, samples: int) -> None:
         expected = f"at most {MOST_STEPS:.0e}, a year of a fast machine"
         remedy = "take fewer paths, a shorter duration, a longer period or fewer substeps"
         raise ParameterError("paths, duration and substeps together", got, expected, remedy)
-
-
-FEWER = "raise record_every, or run fewer paths at a time"
 
 
 def check_memory(subject: str, needed: int, remedy: str = FEWER) -> None:

@@ -143,13 +143,11 @@ class Arm(AbstractArm):
 
     def check_joint_friction(self, values: Array) -> None:
         """Raise ParameterError unless no coefficient of friction is negative."""
-        if not np.all(values >= 0):
-            raise ParameterError(f"friction of {self.name}", f"{values.min():g}", "numbers >= 0")
+        _refuse_negative(f"friction of {self.name}", values)
 
     def check_armature(self, values: Array) -> None:
         """Raise ParameterError unless no rotor's inertia is negative."""
-        if not np.all(values >= 0):
-            raise ParameterError(f"armature of {self.name}", f"{values.min():g}", "numbers >= 0")
+        _refuse_negative(f"armature of {self.name}", values)
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -286,3 +284,9 @@ class Arm(AbstractArm):
         "armature": number_field("armature", check_armature),
         "inertias": Parameter(with_inertias, check_inertias),
     }
+
+
+def _refuse_negative(subject: str, values: Array) -> None:
+    """Raise ParameterError if a value is below zero."""
+    if not np.all(values >= 0):
+        raise ParameterError(subject, f"{values.min():g}", "numbers >= 0")

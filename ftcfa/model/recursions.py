@@ -87,14 +87,11 @@ class Chain:
 
     def composite_inertia(self, q: ca.SX, bodies: list[Body]) -> tuple[ca.SX, ca.SX]:
         """M and M_qb of the moving joints, by composite rigid bodies."""
-        frames, composite = self.joint_frames(q), list(bodies)
-        N = len(frames)
+        frames = self.joint_frames(q)
+        N, composites = len(frames), self._composites(frames, bodies)
         M, coupling = ca.SX(N, N), ca.SX(N, 6)
         for i in reversed(range(N)):
-            body = composite[i]
-            if self.parents[i] >= 0:
-                composite[self.parents[i]] += frames[i].body_to_parent(body)
-            force, moment = _unit_acceleration(body, self.prismatic[i])
+            force, moment = _unit_acceleration(composites[i], self.prismatic[i])
             j = i
             while j >= 0:
                 M[i, j] = M[j, i] = force[2] if self.prismatic[j] else moment[2]
@@ -102,6 +99,14 @@ class Chain:
                 j = self.parents[j]
             coupling[i, :] = ca.vertcat(force, moment).T
         return M, coupling
+
+    def _composites(self, frames: list[JointFrame], bodies: list[Body]) -> list[Body]:
+        """Each joint's body with all bodies that it carries, in the joint's frame."""
+        composites = list(bodies)
+        for i in reversed(range(len(frames))):
+            if self.parents[i] >= 0:
+                composites[self.parents[i]] += frames[i].body_to_parent(composites[i])
+        return composites
 
     def forward_dynamics(self, q: ca.SX, tau: ca.SX, bodies: list[Body], damping: ca.SX) -> ca.SX:
         """(M + diag(damping))^-1 tau of the moving joints at rest, by articulated bodies.
@@ -140,19 +145,15 @@ class Chain:
 
     def base_coupling(self, q: ca.SX, bodies: list[Body]) -> ca.SX:
         """M_qb of the moving joints, by composite rigid bodies, in the axes of the base."""
-        frames, composite = self.joint_frames(q), list(bodies)
-        N = len(frames)
-        for i in reversed(range(N)):
-            if self.parents[i] >= 0:
-                composite[self.parents[i]] += frames[i].body_to_parent(composite[i])
-        coupling = ca.SX(N, 6)
+        frames = self.joint_frames(q)
+        coupling, composites = ca.SX(len(frames), 6), self._composites(frames, bodies)
         places: list[tuple[ca.SX, ca.SX]] = []  # R and r in the base
         for i, (frame, p) in enumerate(zip(frames, self.parents, strict=True)):
             R, r = places[p] if p >= 0 else (ca.SX.eye(3), ca.SX(3, 1))
             r = r + R @ frame.r
             R = frame.rotated(R)
             places.append((R, r))
-            force, moment = _unit_acceleration(composite[i], self.prismatic[i])
+            force, moment = _unit_acceleration(composites[i], self.prismatic[i])
             force = R @ force
             coupling[i, :] = ca.vertcat(force, R @ moment + ca.cross(r, force)).T
         return coupling

@@ -176,7 +176,8 @@ class Uncertainty(Part):
 
     def _draw(self, arm: Arm, seed: int, paths: Words) -> dict[str, Array]:
         N = len(arm.g0)
-        normals = normals_of_paths(seed, paths, ROBOT, 1 + (DEVIATES + 1) * N)
+        rotors = N if self.armature > 0 else 0
+        normals = normals_of_paths(seed, paths, ROBOT, 1 + DEVIATES * N + rotors)
         all_n = normals[:, 1:] if self.distribution == "log-normal" else _uniform(normals[:, 1:])
         n = all_n[:, : DEVIATES * N].reshape(len(paths), N, DEVIATES)
         J = changed_pseudo_inertia(

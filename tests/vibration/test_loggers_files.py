@@ -97,6 +97,7 @@ REFUSED = {
     "digits of another script": (table("time [s],x [g]", S, ["\uff11"] * N), "expected a number"),
     "an open quote": (table("time [s],x [g]", S, X) + '9,"1\n', ""),
     "a null byte": (b"time [s],x [g]\n0,1\n\x00,2\n", ""),
+    "times that are words": (table("time [s],x [g]", ["True", "False"] * 20, X), "a number"),
     "a wrong date": (table("when,x [g]", [*DATES[:-1], "later"], X), "a time of ISO 8601"),
     "a date that is none": (table("when,x [g]", ["2025-99-99", *DATES[1:]], X), "ISO 8601"),
 }

@@ -1,6 +1,6 @@
 """``ftcfa inspect``: show an arm."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Annotated
 
@@ -52,21 +52,22 @@ def inspect(
     arm = load_arm(
         robot, lock=_numbers("--lock", lock or []), effort_limit=_efforts(effort_limit or []),
         gravity=gravity, package_dirs=package_dir or (), repair="project" if repair else None,
-        xacro_args=dict(_pairs("--arg", arg or [], "NAME=VALUE")),
+        xacro_args=_texts("--arg", arg or []),
     )  # fmt: skip
     show = partial(print_arm, description=descriptions.get(robot, ""))
     finish(arm_record(arm), show, as_json)
 
 
-def _pairs(option: str, words: Sequence[str], expected: str) -> Iterator[tuple[str, str]]:
-    """Names and values of words NAME=VALUE."""
+def _texts(option: str, words: Sequence[str]) -> dict[str, str]:
+    """Texts by name, of words NAME=VALUE; a text may have = in it."""
     from ftcfa.errors import ParameterError
 
+    texts = {}
     for word in words:
-        name, equals, value = word.partition("=")
+        name, equals, texts[name] = word.partition("=")
         if not (name and equals):
-            raise ParameterError(option, word, expected)
-        yield name, value
+            raise ParameterError(option, word, "NAME=VALUE")
+    return texts
 
 
 def _numbers(option: str, words: Sequence[str]) -> dict[str, float]:

@@ -159,17 +159,33 @@ def effort_limits(
         UnknownNameError, ParameterError, ShapeError: If ``effort_limit`` names an unknown joint,
             or has a wrong value or shape.
     """
-    if effort_limit is not None and not isinstance(effort_limit, Mapping):
-        with about("effort_limit"):
-            limits = vector("effort_limit", effort_limit, len(names))
-            check_effort_limit("effort_limit", limits)
-        return limits
-    by_name = dict(effort_limit or {})
-    for name, value in by_name.items():
-        known_name("effort_limit of joint", name, names, field="effort_limit")
-        with about("effort_limit"):
-            positive(f"effort_limit of joint '{name}'", value, "N m or N")
-    return np.array([float(by_name.get(name, _urdf_effort(description, name))) for name in names])
+    given = _by_joint("effort_limit", effort_limit, names, names)
+    with about("effort_limit"):
+        if isinstance(effort_limit, Mapping):
+            for name, value in given.items():
+                positive(f"effort_limit of joint '{name}'", value, "N m or N")
+        elif given:
+            check_effort_limit("effort_limit", given)
+    return np.array([float(given.get(name, _urdf_effort(description, name))) for name in names])
+
+
+def _by_joint(
+    argument: str, values: JointValues | None, coordinates: Sequence[str], joints: Sequence[str]
+) -> dict[str, float]:
+    """Values of an argument by joint name: its own names, or those of the coordinates.
+
+    Raises:
+        UnknownNameError, ShapeError: If it names none of the joints, or has a wrong shape.
+    """
+    if isinstance(values, Mapping):
+        for name in values:
+            known_name(f"{argument} of joint", name, joints, field=argument)
+        return dict(values)
+    if values is None:
+        return {}
+    with about(argument):
+        numbers = vector(argument, values, len(coordinates))
+    return dict(zip(coordinates, numbers.tolist(), strict=True))
 
 
 def _urdf_effort(description: RobotDescription, joint: str) -> float:
@@ -209,14 +225,7 @@ def joint_armature(
             a wrong value or shape.
     """
     known = {**description.armature, **(entry.armature if entry is not None else {})}
-    if isinstance(armature, Mapping):
-        for name in armature:
-            known_name("armature of joint", name, joints, field="armature")
-        known |= armature
-    elif armature is not None:
-        with about("armature"):
-            values = vector("armature", armature, len(coordinates))
-        known |= dict(zip(coordinates, values.tolist(), strict=True))
+    known |= _by_joint("armature", armature, coordinates, joints)
     with about("armature"):
         check_armature("armature", known)
     return np.array([float(known.get(name, 0.0)) for name in joints])

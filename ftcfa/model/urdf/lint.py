@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Iterator
 
 import numpy as np
-from yourdfpy.urdf import Joint, Link
+from yourdfpy.urdf import Link
 
 from ftcfa.model.arm import Arm
 from ftcfa.model.gravity_load import gravity_load
@@ -72,21 +72,16 @@ def lint_joints(description: RobotDescription, names: Collection[str]) -> Iterat
             yield f"joint '{name}': no position limits; taken as unlimited"
         if joint.limit is None or not 0 < float(joint.limit.velocity or 0.0) < np.inf:
             yield f"joint '{name}': no velocity limit; taken as unlimited"
-        yield from _degrees(name, joint)
-        finite = [abs(x) for x in (lower, upper) if np.isfinite(x)]
-        if joint.type == "prismatic" and max(finite, default=0.0) > LONG:
-            yield f"joint '{name}': slides to {max(finite):.4g} m; millimetres?"
+        farthest = max((abs(x) for x in (lower, upper) if np.isfinite(x)), default=0.0)
+        turns = farthest / (2 * np.pi)
+        if joint.type == "revolute" and turns > TURNS:
+            yield f"joint '{name}': may turn to {farthest:.4g} rad, {turns:.0f} turns; degrees?"
+        if joint.type == "prismatic" and farthest > LONG:
+            yield f"joint '{name}': slides to {farthest:.4g} m; millimetres?"
     for joint in description.robot.joints:
-        if _length(joint.origin) > LONG:
-            distance = _length(joint.origin)
+        distance = _length(joint.origin)
+        if distance > LONG:
             yield f"joint '{joint.name}': {distance:.4g} m from its parent's origin; millimetres?"
-
-
-def _degrees(name: str, joint: Joint) -> Iterator[str]:
-    finite = [abs(x) for x in position_limits(joint) if np.isfinite(x)]
-    turns = max(finite, default=0.0) / (2 * np.pi)
-    if joint.type == "revolute" and turns > TURNS:
-        yield f"joint '{name}': may turn to {max(finite):.4g} rad, {turns:.0f} turns; degrees?"
 
 
 def lint_efforts(arm: Arm) -> Iterator[str]:

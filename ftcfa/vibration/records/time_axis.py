@@ -15,6 +15,8 @@ from ftcfa.vibration.records.text_table import DATE
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Units of time in seconds."""
+SPELLINGS = {"sec": "s", "msec": "ms", "µs": "us", "usec": "us"}
+"""Other ways to write them."""
 JITTER = 0.02
 """Largest relative deviation of a time step from the mean step that counts as rounding."""
 GAP = 1.5
@@ -55,21 +57,25 @@ def seconds(columns: Columns, k: int, unit: str | None) -> Array:
     column, subject = columns.data[k], f"{columns.path}: column of times '{columns.names[k]}'"
     if column.dtype.kind == "O" and DATE.fullmatch(str(column[0]).strip()):
         return _dates(columns, k)
-    match = _NAME.fullmatch(columns.names[k].lower())
-    stated = columns.units[k] or (match[2] if match else "") or ""
-    if match and match[1].startswith("second"):
-        stated = stated or "s"
-    stated = {"sec": "s", "msec": "ms", "µs": "us", "usec": "us"}.get(stated, stated)
+    stated = _stated_unit(columns.names[k], columns.units[k])
     if not stated and unit is None:
         remedy = 'write it in the header, such as "time [ms]", or give time_unit="ms"'
         raise ParameterError(subject, "no unit", "s, ms, us or ns", remedy)
     if stated and unit is not None and stated != unit:
         raise ParameterError(subject, f"unit {stated}", f"time_unit {unit}", "leave time_unit out")
     known_name(f"{subject} unit", stated or unit, TIME_UNITS)
-    if column.dtype.kind == "f" or column.dtype.kind == "O":
+    if column.dtype.kind not in "iu":  # whole numbers keep all digits of an epoch
         column = columns.numbers(k)
     since: Array = (column - column[0]).astype(float)
     return since * TIME_UNITS[stated or str(unit)]
+
+
+def _stated_unit(name: str, unit: str) -> str:
+    """Unit of times by their header, such as ``t [ms]``, ``time_ms`` or ``seconds``; "" if none."""
+    match = _NAME.fullmatch(name.lower())
+    if not unit and match:
+        unit = match[2] or ("s" if match[1].startswith("second") else "")
+    return SPELLINGS.get(unit, unit)
 
 
 def _dates(columns: Columns, k: int) -> Array:
@@ -114,9 +120,8 @@ def even_step(
     gaps = np.flatnonzero(steps > GAP * usual)
     if gaps.size:
         got = f"a gap of {steps[gaps[0]]:.4g} s before it, where steps are {usual:.4g} s"
-        raise error(
-            gaps[0], got, even, "cut the record there or fill the gap (resample=RATE interpolates)"
-        )
+        remedy = "cut the record there or fill the gap (resample=RATE interpolates)"
+        raise error(gaps[0], got, even, remedy)
     uneven = int(np.argmax(np.abs(steps / step - 1.0) > jitter))
     got = f"a time step of {steps[uneven]:.6g} s, where the mean is {step:.6g} s"
     remedy = "give resample=RATE to interpolate, or jitter= if the times are rounded"
