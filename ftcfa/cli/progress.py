@@ -1,10 +1,9 @@
 """Progress bars on standard error, shown if that is a terminal, and Ctrl-C.
 
-While a bar is shown, Ctrl-C waits for the end of the step, because CasADi would take the exception
-for a failure of its own; the call that reports the step raises it.
+Ctrl-C stops at once. A library may swallow the exception; then the next report of a step raises it
+again.
 """
 
-import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -14,8 +13,6 @@ from typing import Any
 
 RECENT = 16
 """Number of reports from which the rate is computed."""
-PATIENCE = 0.4
-"""Longest time that Ctrl-C waits for the end of a step [s]."""
 interrupted = Event()
 """Set once Ctrl-C was pressed: libraries may swallow KeyboardInterrupt."""
 
@@ -26,22 +23,9 @@ def stop_at_once(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-def stop_after_step(*_: Any) -> None:
-    """Handle the signal of Ctrl-C while steps are counted: stop after the step.
-
-    A step that takes longer than PATIENCE is not waited for, nor after a second Ctrl-C.
-    """
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    interrupted.set()
-    signal.signal(signal.SIGALRM, stop_at_once)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
-
-
 def obey() -> None:
-    """Raise KeyboardInterrupt if Ctrl-C was pressed during the step that ends now."""
+    """Raise KeyboardInterrupt if Ctrl-C was pressed, but a library swallowed the exception."""
     if interrupted.is_set():
-        signal.setitimer(signal.ITIMER_REAL, 0.0)  # what follows, a summary, is not hurried
         raise KeyboardInterrupt
 
 
@@ -64,10 +48,7 @@ def progress_of_steps(label: str, total: int) -> Iterator[Callable[[], None]]:
 
 @contextmanager
 def progress_of_paths() -> Iterator[Callable[[int, int], None]]:
-    """Show a bar with rate and time left; yields a function of the paths done and the total.
-
-    Ctrl-C waits for the end of a chunk of paths.
-    """
+    """Show a bar with rate and time left; yields a function of the paths done and the total."""
     from rich.progress import BarColumn, TextColumn
 
     with _bar(BarColumn(), TextColumn("{task.description}")) as bar:
@@ -109,13 +90,8 @@ def _bar(*columns: Any) -> Iterator[Any]:
     from rich.progress import Progress, TimeElapsedColumn
 
     console = Console(stderr=True)
-    before = signal.signal(signal.SIGINT, stop_after_step)
-    try:
-        with Progress(
-            *columns, TimeElapsedColumn(), console=console, transient=True,
-            disable=not console.is_terminal,
-        ) as progress:  # fmt: skip
-            yield progress
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGINT, before)
+    with Progress(
+        *columns, TimeElapsedColumn(), console=console, transient=True,
+        disable=not console.is_terminal,
+    ) as progress:  # fmt: skip
+        yield progress

@@ -32,13 +32,15 @@ def run(
 ) -> None:
     """Run an ensemble: statistics with confidence intervals, a netCDF file and figures.
 
-    After Ctrl-C it gives the statistics of the finished paths; the same command continues there.
+    After Ctrl-C it prints the statistics of the finished paths and writes summary.json; the same
+    command continues there.
 
     Example: ftcfa run truck.toml --paths 1000 --out out
     """
     from ftcfa.experiment import load_experiment
     from ftcfa.files import make_folder
     from ftcfa.report.ensemble import ensemble_files, ensemble_record, print_ensemble
+    from ftcfa.report.records import summary_file
     from ftcfa.study.progress import Interrupted
 
     options = given(paths=paths, duration=duration)
@@ -53,7 +55,10 @@ def run(
                 raise
             dataset, interruption = error.partial, error
     record = ensemble_record(dataset, chosen.paths)
-    files = ensemble_files(dataset, record, chosen.loop.arm.effort_limit, experiment.name)
+    if interruption is None:
+        files = ensemble_files(dataset, record, chosen.loop.arm.effort_limit, experiment.name)
+    else:
+        files = {"summary.json": summary_file(record)}  # the Dataset is in the store
     finish(record, print_ensemble, as_json, files, out)
     if interruption is not None:
         raise interruption
