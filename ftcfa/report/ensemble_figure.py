@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from ftcfa.arrays import Array
-from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, literal, page
+from ftcfa.report.figures import BLUE, DASHED, INK, ORANGE, STYLE, draw_level, literal, page, raised
 from ftcfa.study.outcomes import OUTCOMES, WORDS
 from ftcfa.study.summary import settled_in_mean_square, settling
 
@@ -70,7 +70,7 @@ def _draw_mean_square(ax: Axes, dataset: xr.Dataset) -> None:
         ax.fill_between(time, low, high, color=color, alpha=FILLS[1], linewidth=0)
         ax.plot(time, value, color=color, label=label)
     ax.set_title("mean-square error")
-    ax.set_ylabel(f"$E|z_1|^2$  [{_plain(dataset['ote_mean_square'].attrs['units'])}]")
+    ax.set_ylabel(f"$E|z_1|^2$  [{raised(dataset['ote_mean_square'].attrs['units'])}]")
     ax.set_yscale("log")
     ax.set_ylim(bottom, max(ax.get_ylim()[1], 4 * epsilon))
     draw_level(ax, epsilon, f"$\\epsilon$ = tolerance² = {epsilon:.3g}")
@@ -97,7 +97,7 @@ def _draw_errors(ax: Axes, dataset: xr.Dataset) -> None:
     tolerance, quantiles = dataset.attrs["tolerance"], dataset["ote_quantile"][0]
     _draw_fan(ax, quantiles.copy(data=_above_zero(quantiles.values)))
     ax.set_title("overall tracking error")
-    ax.set_ylabel(f"OTE  $|q - q_d|$  [{_plain(quantiles.attrs['units'])}]")
+    ax.set_ylabel(f"OTE  $|q - q_d|$  [{raised(quantiles.attrs['units'])}]")
     ax.set_yscale("log")
     bottom, top = ax.get_ylim()
     ax.set_ylim(min(bottom, FLOOR * tolerance), max(top, 2 * tolerance))
@@ -184,8 +184,3 @@ def _above_zero(values: Array) -> Array:
 def _smallest(values: Array, other: float) -> float:
     """The smallest of a number and of positive values."""
     return float(np.nanmin(np.append(_above_zero(values), other)))
-
-
-def _plain(unit: str) -> str:
-    """A unit with a raised 2 instead of ^2."""
-    return unit.replace("^2", "²")

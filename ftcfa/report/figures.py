@@ -103,6 +103,11 @@ def literal(name: str) -> str:
     return plain(name).replace("$", r"\$")
 
 
+def raised(unit: str) -> str:
+    """A unit with a raised 2 instead of ^2."""
+    return unit.replace("^2", "²")
+
+
 def rendered(figure: Figure) -> dict[str, bytes]:
     """A figure as PNG and as SVG, by suffix; the same figure gives the same bytes."""
     files = {}

@@ -1,6 +1,7 @@
 """A measured vibration as plain data, as text and as a table of break points."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -16,8 +17,11 @@ LINEAR = "m/s^2"
 """Unit of the axes that tables are made of: standards state no angular accelerations."""
 
 
-def measured_record(measured: MeasuredVibration) -> dict[str, Any]:
-    """All that ``ftcfa vibration --record`` shows, as plain data; units stand in each axis."""
+def measured_record(measured: MeasuredVibration, table: Path | None = None) -> dict[str, Any]:
+    """All that ``ftcfa vibration --record`` shows, as plain data; units stand in each axis.
+
+    ``table`` is the file to which the break points go, if any.
+    """
     record, estimate = measured.record, measured.estimate
     axes = [
         {
@@ -41,6 +45,7 @@ def measured_record(measured: MeasuredVibration) -> dict[str, Any]:
         "standard_error": estimate.standard_error,
         "confidence": measured.confidence,
         "axes": axes,
+        "table": None if table is None else str(table),
         "versions": versions("ftcfa", "numpy", "scipy", "pandas"),
         "units": {"rate": "Hz", "duration": "s", "resolution": "Hz", "points": "[Hz, g^2/Hz]"},
     }
@@ -104,4 +109,7 @@ def print_measured(record: Mapping[str, Any], console: Console) -> None:
             f"standard error {100 * error:.2g} %",
         ),
     ]
+    if record["table"]:
+        names = ", ".join(axis["name"] for axis in record["axes"] if axis["points"])
+        facts.append(("table", f"break points of {names} in {record['table']}"))
     print_facts(facts, console)

@@ -3,7 +3,7 @@
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from ftcfa.report.figures import BLUE, ORANGE, STYLE, literal, page
+from ftcfa.report.figures import BLUE, ORANGE, STYLE, literal, page, raised
 from ftcfa.study.measured_spectrum import MeasuredVibration
 
 PANEL = 2.4
@@ -30,8 +30,8 @@ def measured_figure(measured: MeasuredVibration) -> Figure:
             envelope.frequencies, envelope.densities, color=ORANGE, marker="o", markersize=3,
             label=f"break points, {100 * measured.confidence:g} % limit",
         )  # fmt: skip
-        ax.set_ylabel(f"{literal(name)} [({unit})²/Hz]")
-        ax.set_title(f"{record.rms()[k]:.4g} {unit} rms", fontsize=9, loc="right")
+        ax.set_ylabel(f"{literal(name)} [({raised(unit)})²/Hz]")
+        ax.set_title(f"{record.rms()[k]:.4g} {raised(unit)} rms", fontsize=9, loc="right")
     axes[0].legend(frameon=False, fontsize=8, loc="upper left")
     axes[-1].set_xlabel("frequency [Hz]")
     return figure

@@ -105,7 +105,7 @@ def _show_record(
         make_folder(out)
     recorded = read_record(file, unit, rate=rate, time_unit=time_unit, skip=skip)
     measured = measured_vibration(recorded, confidence)
-    shown, files = measured_record(measured), {}
+    shown, files = measured_record(measured, to_table), {}
     if out is not None:
         from ftcfa.report.figures import figure_files
         from ftcfa.report.measured_figure import measured_figure

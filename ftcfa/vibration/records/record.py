@@ -21,7 +21,14 @@ from ftcfa.files import local_path
 from ftcfa.parts import Part
 from ftcfa.vibration.records.columns import Columns, default_names, read_columns
 from ftcfa.vibration.records.quantities import Unit, acceleration, derivation, quantity, same_unit
-from ftcfa.vibration.records.time_axis import JITTER, even_step, rising, seconds, time_column
+from ftcfa.vibration.records.time_axis import (
+    JITTER,
+    agrees_with,
+    even_step,
+    rising,
+    seconds,
+    time_column,
+)
 
 TimeUnit = Literal["s", "ms", "us", "ns"]
 MAX_SAMPLES = 10**8
@@ -148,6 +155,8 @@ def read_record(
     if step is None:
         values, step, note = _in_time(table, at, values, time_unit, resample, jitter)
         notes.append(note)
+    elif at is not None:
+        agrees_with(step, table, at, time_unit, jitter)
     named = table.header or at is None
     names = tuple(table.names[k] for k in chosen) if named else default_names(len(chosen))
     units = _units(path, names, [table.units[k] for k in chosen], unit)

@@ -70,6 +70,25 @@ def seconds(columns: Columns, k: int, unit: str | None) -> Array:
     return since * TIME_UNITS[stated or str(unit)]
 
 
+def agrees_with(
+    step: float, columns: Columns, k: int, time_unit: str | None, jitter: float
+) -> None:
+    """Raise ParameterError if the mean step of the times contradicts the one that the user gave.
+
+    Times without a unit state no step.
+    """
+    dates = columns.data[k].dtype.kind == "O"
+    if not (dates or time_unit or _stated_unit(columns.names[k], columns.units[k])):
+        return
+    time = seconds(columns, k, time_unit)
+    own = float((time[-1] - time[0]) / max(1, len(time) - 1))
+    if abs(own / step - 1.0) > jitter:
+        subject = f"{columns.path}: column of times '{columns.names[k]}'"
+        got, expected = f"steps of {own:.6g} s on average", f"steps of {step:.6g} s, as given"
+        remedy = "leave step and rate out, or correct the file"
+        raise ParameterError(subject, got, expected, remedy)
+
+
 def _stated_unit(name: str, unit: str) -> str:
     """Unit of times by their header, such as ``t [ms]``, ``time_ms`` or ``seconds``; "" if none."""
     match = _NAME.fullmatch(name.lower())
