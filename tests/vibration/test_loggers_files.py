@@ -129,7 +129,7 @@ def test_arguments_fill_what_the_file_does_not_say(write):
 def test_a_rate_must_not_contradict_the_times(write):
     file = write(table("time [ms],x [g]", MS, X))
     assert read_record(file, rate=100.5).step == pytest.approx(1 / 100.5)
-    with pytest.raises(ParameterError, match="steps of 0[.]01 s on average, expected .* 0[.]05 s"):
+    with pytest.raises(ParameterError, match=r"steps of 0[.]01 s on average, expected .* 0[.]05 s"):
         read_record(file, rate=20.0)
     assert read_record(write(table("time,x [g]", MS, X)), rate=20.0).step == 0.05  # no unit
 
