@@ -15,17 +15,19 @@ LOOP = ClosedLoop(PENDULUM, FTCF(PENDULUM), REFERENCE)
 class Pair:
     """A law that returns (u, state), the commonest first mistake."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return np.zeros_like(q), state
 
 
 class Clash(Pair):
     """A law with a signal named like a coordinate of the Dataset."""
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": np.zeros_like(q), "time": np.zeros(1)}, state
 
 

@@ -10,7 +10,15 @@ from ftcfa.checks import Check
 from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
-from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import (
+    Compensation,
+    Desired,
+    Law,
+    Measured,
+    Quantities,
+    Quantity,
+    Signals,
+)
 from ftcfa.model.dynamics import inertial_force
 
 
@@ -76,15 +84,17 @@ class CommandFilteredBackstepping(Law):
     def _virtual_control(self, z1: Traceable, dq_d: Traceable) -> Traceable:
         return -self.gains.position_rate * z1 + dq_d
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FilteredState:
+    def init(self, measured: Measured, desired: Desired) -> FilteredState:
         """psi1(0) = alpha(0); all else zero."""
+        q = measured.q
         alpha = self._virtual_control(q - desired.q, desired.v)
         return FilteredState(command_filter(self.filter).init(alpha), np.zeros_like(q), np.zeros(1))
 
     def step(
-        self, state: FilteredState, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: FilteredState, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, FilteredState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         g, theta = self.gains, state.theta
         z1 = q - desired.q
         alpha = self._virtual_control(z1, desired.v)

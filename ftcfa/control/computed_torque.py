@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Desired, Measured, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
@@ -33,8 +32,9 @@ class ComputedTorque(MemorylessLaw):
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
 
-    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+    def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         a1, a2 = self.position_rate, self.velocity_rate
         z1, dz1 = q - desired.q, v - desired.v
         a = desired.a - (a1 + a2) * dz1 - a1 * a2 * z1

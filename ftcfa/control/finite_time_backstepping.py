@@ -12,6 +12,7 @@ from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.protocol import (
     Compensation,
     Desired,
+    Measured,
     MemorylessLaw,
     Quantities,
     Quantity,
@@ -64,8 +65,9 @@ class FiniteTimeBackstepping(MemorylessLaw):
 
     varies: ClassVar[Parameters] = number_fields("width")
 
-    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+    def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         g, linear = self.gains, self.gains.linear_position_rate
         z1 = q - desired.q
         beta, slope = joined_power(z1, g.kappa, self.width)

@@ -12,7 +12,15 @@ from ftcfa.control.filters import CommandFilter, command_filter, leaky_step
 from ftcfa.control.fractional import sig
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.network import RBFNetwork, adapted, network_acceleration
-from ftcfa.control.protocol import Compensation, Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import (
+    Compensation,
+    Desired,
+    Law,
+    Measured,
+    Quantities,
+    Quantity,
+    Signals,
+)
 from ftcfa.model.dynamics import impulse_response, inertial_force
 
 
@@ -127,16 +135,18 @@ class FTCF(Law):
         super().__post_init__()
         object.__setattr__(self, "filter", command_filter(self.filter))
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> FTCFState:
+    def init(self, measured: Measured, desired: Desired) -> FTCFState:
         """psi1(0) = alpha(0); all else zero."""
+        q = measured.q
         zero = np.zeros_like(q)
         alpha = virtual_control(self.gains, q - desired.q, desired.v, zero)
         return FTCFState(command_filter(self.filter).init(alpha), zero, zero, zero, np.zeros(1))
 
     def step(
-        self, state: FTCFState, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: FTCFState, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, FTCFState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         g, rho, theta = self.gains, state.rho, state.theta
         z1 = q - desired.q
         v1 = z1 - state.s1

@@ -5,10 +5,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, MemorylessLaw, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Desired, Measured, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.parts import Parameters, number_fields
 
 
@@ -34,8 +33,9 @@ class PDGravity(MemorylessLaw):
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
 
-    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+    def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         a1, a2 = self.position_rate, self.velocity_rate
         z1, dz1 = q - desired.q, v - desired.v
         D = self.nominal.mass_matrix(self.nominal.home) * np.eye(self.nominal.n)

@@ -46,6 +46,29 @@ class Desired(NamedTuple):
     """Desired acceleration q_d'', shape (n,) [rad/s^2 or m/s^2]."""
 
 
+class BaseReading(NamedTuple):
+    """What an accelerometer on the arm's base shows, in axes that turn with the base.
+
+    When the base is level, its axes are those of the world.
+    """
+
+    specific_force: Traceable
+    """R^T (a_b - g), shape (3,) [m/s^2]; -g for a level base at rest."""
+    angular_velocity: Traceable | None = None
+    """omega, shape (3,) [rad/s]; None without a gyroscope."""
+
+
+class Measured(NamedTuple):
+    """What the sensors show at one instant."""
+
+    q: Traceable
+    """Measured position, shape (n,) [rad or m]."""
+    v: Traceable
+    """Measured or estimated velocity, shape (n,) [rad/s or m/s]."""
+    base: BaseReading | None = None
+    """Reading of the accelerometer on the base; None where there is none."""
+
+
 class Controller(Protocol):
     """A sampled control law. It sees the nominal arm, the measurement and the desired motion.
 
@@ -54,19 +77,18 @@ class Controller(Protocol):
     results. All laws of this package list theirs.
     """
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Any:
+    def init(self, measured: Measured, desired: Desired) -> Any:
         """The state before the first step: a NamedTuple of arrays."""
         ...
 
     def step(
-        self, state: Any, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: Any, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, Any]:
         """One sample: the signals, ``u`` of shape (n,) [N m or N] among them, and the new state.
 
         Args:
             state: The state that `init` or the last step returned.
-            q: Measured position, shape (n,) [rad or m].
-            v: Measured velocity, shape (n,) [rad/s or m/s].
+            measured: Measured motion of the joints, and of the base where it is measured.
             desired: Desired motion at this sample.
             period: Time to the next sample [s].
         """
@@ -117,18 +139,18 @@ class MemorylessLaw(Law, ABC):
     """Base of the laws that have no state: they need `signals` only."""
 
     @abstractmethod
-    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+    def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `Controller.step`."""
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> Memoryless:
+    def init(self, measured: Measured, desired: Desired) -> Memoryless:
         """The empty state."""
         return Memoryless()
 
     def step(
-        self, state: Memoryless, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: Memoryless, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, Memoryless]:
         """One sample of the law: see `Controller.step`."""
-        return self.signals(q, v, desired), state
+        return self.signals(measured, desired), state
 
 
 def quantities(law: Controller) -> Quantities:

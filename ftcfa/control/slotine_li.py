@@ -9,7 +9,7 @@ from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, having, positive
 from ftcfa.control.filters import leaky_step
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Desired, Law, Measured, Quantities, Quantity, Signals
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
@@ -76,14 +76,15 @@ class SlotineLi(Law):
         "position_rate", "velocity_rate", "adaptation_rate", "leakage"
     )
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SlotineLiState:
+    def init(self, measured: Measured, desired: Desired) -> SlotineLiState:
         """The nominal parameters: d(0) = 0."""
         return SlotineLiState(np.zeros_like(self.nominal.inertial_weights))
 
     def step(
-        self, state: SlotineLiState, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: SlotineLiState, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, SlotineLiState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         arm, d = self.nominal, state.deviation
         z1 = q - desired.q
         v_r = desired.v - self.position_rate * z1

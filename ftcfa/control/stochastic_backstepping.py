@@ -3,12 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
-from ftcfa.arrays import Traceable
 from ftcfa.checks import Check
 from ftcfa.control.gains import Gains, check_gains
 from ftcfa.control.protocol import (
     Compensation,
     Desired,
+    Measured,
     MemorylessLaw,
     Quantities,
     Quantity,
@@ -49,8 +49,9 @@ class StochasticBackstepping(MemorylessLaw):
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
     compensation: Compensation = "bias"
 
-    def signals(self, q: Traceable, v: Traceable, desired: Desired) -> Signals:
+    def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         a1, a2 = self.gains.position_rate, self.gains.velocity_rate
         z1 = q - desired.q
         alpha = -a1 * z1 + desired.v

@@ -9,7 +9,7 @@ from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
 from ftcfa.control.filters import implicit_super_twisting
 from ftcfa.control.gains import Gains
-from ftcfa.control.protocol import Desired, Law, Quantities, Quantity, Signals
+from ftcfa.control.protocol import Desired, Law, Measured, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import inertial_force
 from ftcfa.parts import Parameters, number_fields
 
@@ -65,14 +65,16 @@ class SuperTwisting(Law):
 
     varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
 
-    def init(self, q: Traceable, v: Traceable, desired: Desired) -> SuperTwistingState:
+    def init(self, measured: Measured, desired: Desired) -> SuperTwistingState:
         """nu(0) = 0."""
+        q = measured.q
         return SuperTwistingState(np.zeros_like(q))
 
     def step(
-        self, state: SuperTwistingState, q: Traceable, v: Traceable, desired: Desired, period: float
+        self, state: SuperTwistingState, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, SuperTwistingState]:
         """One sample of the law: see `ftcfa.control.protocol.Controller`."""
+        q, v = measured.q, measured.v
         z1 = q - desired.q
         v_r = desired.v - self.position_rate * z1
         a_r = desired.a - self.position_rate * (v - desired.v)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, about, counting_to, having, known_name, positive, vector
-from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
+from ftcfa.control.protocol import Controller, Desired, Measured, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Posture, Reference, Table
@@ -189,7 +189,7 @@ class ClosedLoop(Part):
             normals = np.zeros(self.process.initial_normals)
         vibration = () if self.vibration is None else self.vibration.init(self.process, normals)
         observer = () if self.observer is None else self.observer.init(self.arm.n)
-        controller = self.controller.init(q, v, desired)
+        controller = self.controller.init(Measured(q, v), desired)
         return LoopState(Motion(q, v, vibration), controller, np.zeros(1), observer)
 
     def step(
@@ -218,8 +218,8 @@ class ClosedLoop(Part):
     def control(self, state: LoopState, desired: Desired) -> tuple[Signals, LoopState]:
         """Signals of a sample, and its state with new states of controller and observer."""
         q, v, usable = state.q, state.v, bounded(state) > 0.0
-        measured = np.where(usable, q, desired.q), np.where(usable, v, desired.v)
-        given = self.controller.step(state.controller, *measured, desired, self.period)
+        measured = Measured(np.where(usable, q, desired.q), np.where(usable, v, desired.v))
+        given = self.controller.step(state.controller, measured, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
         if not (pair and isinstance(given[0], dict) and "u" in given[0]):
             subject = f"step of {type(self.controller).__name__}"
@@ -250,7 +250,8 @@ class ClosedLoop(Part):
         if not due:
             return state
         return state._replace(
-            controller=self.controller.init(state.q, state.v, desired), restart=np.zeros(1)
+            controller=self.controller.init(Measured(state.q, state.v), desired),
+            restart=np.zeros(1),
         )
 
     def advance(self, motion: Motion, u: Traceable, normals: Traceable, row: Traceable) -> Motion:

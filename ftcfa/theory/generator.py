@@ -22,7 +22,7 @@ import xarray as xr
 
 from ftcfa.arrays import Array, solve_spd
 from ftcfa.control.ftcf import FTCF, FTCFState, commanded_acceleration
-from ftcfa.control.protocol import Desired, Quantity, Signals
+from ftcfa.control.protocol import Desired, Measured, Quantity, Signals
 from ftcfa.engine.compiler.flatten import leaves, like
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.twin import twin
@@ -53,15 +53,15 @@ class FilterStateRecorder:
         psi = Quantity("rad/s, rad/s^2", "state of the command filter (6)")
         return {**self.law.quantities, "psi": psi}
 
-    def init(self, q: Array, v: Array, desired: Desired) -> FTCFState:
+    def init(self, measured: Measured, desired: Desired) -> FTCFState:
         """Initial state of the law: see `ftcfa.control.protocol.Controller`."""
-        return self.law.init(q, v, desired)
+        return self.law.init(measured, desired)
 
     def step(
-        self, state: FTCFState, q: Array, v: Array, desired: Desired, period: float
+        self, state: FTCFState, measured: Measured, desired: Desired, period: float
     ) -> tuple[Signals, FTCFState]:
         """One sample of the law; psi is the filter's state after it, so that psi1 is abar."""
-        signals, new = self.law.step(state, q, v, desired, period)
+        signals, new = self.law.step(state, measured, desired, period)
         return {**signals, "psi": np.concatenate(leaves(new.filter))}, new
 
 
@@ -158,7 +158,7 @@ def generator(loop: ClosedLoop) -> Generator:
     theta, weight = ca.SX.sym("theta"), ca.SX.sym("weight")
 
     still = np.zeros(n)
-    template = law.init(still, still, Desired(still, still, still))
+    template = law.init(Measured(still, still), Desired(still, still, still))
     state = like(template, iter([symbols("x", len(leaf)) for leaf in leaves(template)]))
     psi1, s1, s2, rho = state.filter[0], state.s1, state.s2, state.rho
     estimate = column(state.theta)
@@ -200,7 +200,7 @@ def _limit(
     x' = d step(x, h)/dh   at h = 0
     """
     h = symbols("h", 1)
-    signals, new = law.step(state, q, v, desired, cast(float, h))
+    signals, new = law.step(state, Measured(q, v), desired, cast(float, h))
     after = ca.vertcat(*(column(leaf) for leaf in leaves(new)))
     rates = ca.jacobian(after, column(h))
     u, rates = ca.substitute([column(signals["u"]), rates], [column(h)], [ca.SX(VANISHING)])

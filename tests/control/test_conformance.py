@@ -93,7 +93,8 @@ def test_every_signal_has_a_unit_and_a_meaning(loop):
 class Spring(MemorylessLaw):
     """A user's law that lists no quantities."""
 
-    def signals(self, q, v, desired):
+    def signals(self, measured, desired):
+        q = measured.q
         return {"u": desired.q - q, "stretch": q - desired.q}
 
 

@@ -22,7 +22,7 @@ from ftcfa import (
     load_arm,
     printed,
 )
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion
 
 ROUNDING = 1e-12
@@ -161,9 +161,9 @@ def test_the_law_is_section_3_number_by_number(gains, compensation, period):
     state = by_hand = None
     for q, v, desired in measurements(seed=3):
         if state is None:
-            state = law.init(q, v, desired)
+            state = law.init(Measured(q, v), desired)
             by_hand = HandWritten(gains, q, desired, compensation)
-        signals, state = law.step(state, q, v, desired, period)
+        signals, state = law.step(state, Measured(q, v), desired, period)
         expected = by_hand.step(q.tolist(), v.tolist(), desired, period)
         for name, value in expected.items():
             scale = 1.0 + np.max(np.abs(value))
@@ -176,8 +176,8 @@ def test_the_law_is_section_3_number_by_number(gains, compensation, period):
 def test_the_errors_among_the_signals_are_their_definitions():
     law, state = FTCF(PaperPendulum()), None
     for q, v, desired in measurements(seed=4):
-        state = law.init(q, v, desired) if state is None else state
-        signals, state = law.step(state, q, v, desired, PERIOD)
+        state = law.init(Measured(q, v), desired) if state is None else state
+        signals, state = law.step(state, Measured(q, v), desired, PERIOD)
         s = signals
         np.testing.assert_array_equal(s["z1"], q - desired.q)
         np.testing.assert_array_equal(s["z2"], v - s["abar"])
@@ -188,8 +188,8 @@ def test_the_errors_among_the_signals_are_their_definitions():
 def test_s2_stays_zero_whatever_happens():
     law, state = FTCF(PaperPendulum()), None
     for q, v, desired in measurements(seed=5, count=50):
-        state = law.init(q, v, desired) if state is None else state
-        _, state = law.step(state, 10 * q, 10 * v, desired, PERIOD)
+        state = law.init(Measured(q, v), desired) if state is None else state
+        _, state = law.step(state, Measured(10 * q, 10 * v), desired, PERIOD)
         np.testing.assert_array_equal(state.s2, 0.0)
 
 
@@ -198,7 +198,7 @@ def test_kappa_one_is_linear_in_the_errors():
     g = Gains(kappa=1.0)
     law = FTCF(PaperPendulum(), g)
     for q, v, desired in measurements(seed=6):
-        signals, _ = law.step(law.init(q, v, desired), q, v, desired, PERIOD)
+        signals, _ = law.step(law.init(Measured(q, v), desired), Measured(q, v), desired, PERIOD)
         z2 = v - desired.v + (7.5 + 0.75 * 3.0) * (q - desired.q)
         expected = -np.array(inertia(q)) @ ((25.0 + 0.25 + 1.25) * z2)
         scale = np.max(np.abs(expected))
@@ -212,9 +212,9 @@ STILL_DESIRED = Desired(np.array([0.25, -0.1]), np.array([0.3, -0.1]), np.zeros(
 def sampled_states(period, duration):
     """psi1, rho and theta of the law after a while of one and the same measurement."""
     law = printed(FTCF(PaperPendulum()))
-    state = law.init(STILL_Q, STILL_V, STILL_DESIRED)
+    state = law.init(Measured(STILL_Q, STILL_V), STILL_DESIRED)
     for _ in range(round(duration / period)):
-        _, state = law.step(state, STILL_Q, STILL_V, STILL_DESIRED, period)
+        _, state = law.step(state, Measured(STILL_Q, STILL_V), STILL_DESIRED, period)
     return np.concatenate([state.filter.psi1, state.rho, state.theta])
 
 
@@ -264,7 +264,7 @@ def test_small_periods_approach_the_differential_equations():
 
 def torque(arm, compensation, q, v, desired):
     law = FTCF(arm, compensation=compensation)
-    return law.step(law.init(q, v, desired), q, v, desired, PERIOD)[0]
+    return law.step(law.init(Measured(q, v), desired), Measured(q, v), desired, PERIOD)[0]
 
 
 def test_compensation_adds_the_nominal_forces():
@@ -287,11 +287,11 @@ def test_compensation_adds_the_nominal_forces():
 def test_the_filter_is_a_choice():
     q, v, desired = next(measurements(seed=7))
     law = FTCF(PaperPendulum(), filter=ExplicitFilter(10.0, 20.0))
-    state = law.init(q, v, desired)
-    signals, state = law.step(state, q, v, desired, PERIOD)
+    state = law.init(Measured(q, v), desired)
+    signals, state = law.step(state, Measured(q, v), desired, PERIOD)
     np.testing.assert_array_equal(signals["abar"], signals["alpha"])  # psi1(0) = alpha(0)
     moved = Desired(desired.q + 1.0, desired.v, desired.a)
-    signals, _ = law.step(state, q, v, moved, PERIOD)
+    signals, _ = law.step(state, Measured(q, v), moved, PERIOD)
     assert np.all(np.abs(signals["abar"] - signals["alpha"]) > 1.0)  # too slow to follow a jump
     assert FTCF(PaperPendulum(), filter="explicit").filter == ExplicitFilter()
 
@@ -299,9 +299,9 @@ def test_the_filter_is_a_choice():
 def test_a_silent_network_leaves_the_adaptation_out():
     q, v, desired = next(measurements(seed=8))
     law = FTCF(PaperPendulum(), network=RBFNetwork(width=1e-3))
-    state = law.init(q, v, desired)
+    state = law.init(Measured(q, v), desired)
     for _ in range(3):
-        _, state = law.step(state, q, v, desired, PERIOD)
+        _, state = law.step(state, Measured(q, v), desired, PERIOD)
     assert state.theta[0] == 0.0
 
 

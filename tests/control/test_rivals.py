@@ -26,7 +26,7 @@ from ftcfa import (
     load_arm,
 )
 from ftcfa.control.finite_time_backstepping import joined_power
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 
 ROUNDING = 1e-9
 """Relative: two solves with an inertia matrix of condition 1e3 or so."""
@@ -49,7 +49,7 @@ def sample(n, seed=0, scale=0.3):
 
 def acceleration(law, arm, q, v, desired):
     """Acceleration of the arm under the torque of a law's first sample."""
-    signals, _ = law.step(law.init(q, v, desired), q, v, desired, PERIOD)
+    signals, _ = law.step(law.init(Measured(q, v), desired), Measured(q, v), desired, PERIOD)
     return arm.forward_dynamics(q, v, signals["u"])
 
 
@@ -74,8 +74,10 @@ def test_with_a_fast_filter_and_no_network_the_filtered_law_has_them_too(arm):
         arm, filter=SecondOrderFilter(1e9), network=RBFNetwork(width=1e-3)
     )
     q, v, desired = sample(arm.n)
-    state = law.init(q - PERIOD * v, v, desired._replace(q=desired.q - PERIOD * desired.v))
-    signals, _ = law.step(state, q, v, desired, PERIOD)
+    state = law.init(
+        Measured(q - PERIOD * v, v), desired._replace(q=desired.q - PERIOD * desired.v)
+    )
+    signals, _ = law.step(state, Measured(q, v), desired, PERIOD)
     e, de = q - desired.q, v - desired.v
     expected = -A1 * de - A2 * (de + A1 * e)  # q_d' was the same before: q_d'' plays no part
     rate = arm.forward_dynamics(q, v, signals["u"])
@@ -95,7 +97,7 @@ def test_command_filtered_signals_obey_their_equations():
         z1 = q - desired.q
         alpha = -A1 * z1 + desired.v
         if state is None:
-            state = law.init(q, v, desired)
+            state = law.init(Measured(q, v), desired)
             s1, psi1, psi2 = np.zeros(2), alpha, np.zeros(2)
         error = np.stack([psi1 - alpha, psi2])
         A = np.array([[0.0, 1.0], [-(omega**2), -2.0 * zeta * omega]])
@@ -104,7 +106,7 @@ def test_command_filtered_signals_obey_their_equations():
         B = np.exp(-(((np.append(q, v)[:, None] - np.linspace(-2, 2, 10)) ** 2).sum(0)) / 16.0)
         BB = np.sum(B**2)
         u = arm.mass_matrix(q) @ (psi2 - A2 * z2 - theta * z2 * BB / 4.0)
-        signals, state = law.step(state, q, v, desired, PERIOD)
+        signals, state = law.step(state, Measured(q, v), desired, PERIOD)
         for name, value in (("u", u), ("abar", psi1), ("v1", z1 - s1), ("theta", theta)):
             np.testing.assert_allclose(signals[name], value, rtol=1e-9, atol=1e-9, err_msg=name)
         s1 = (s1 + PERIOD * (psi1 - alpha)) / (1.0 + PERIOD * A1)
@@ -142,7 +144,9 @@ def demanded(arm, width, error):
     """Largest torque with one error for all joints, at v - q_d' = 1."""
     law = FiniteTimeBackstepping(arm, width=width)
     q, desired = np.full(arm.n, error), Desired(*np.zeros((3, arm.n)))
-    signals, _ = law.step(law.init(q, q, desired), q, np.ones(arm.n), desired, PERIOD)
+    signals, _ = law.step(
+        law.init(Measured(q, q), desired), Measured(q, np.ones(arm.n)), desired, PERIOD
+    )
     return np.max(np.abs(signals["u"]))
 
 
@@ -177,7 +181,7 @@ def test_the_joined_power_is_smooth_and_the_power_outside(kappa):
 
 def test_pd_with_gravity_is_a_servo_a_joint(arm):
     q, v, desired = sample(arm.n)
-    signals, _ = PDGravity(arm).step((), q, v, desired, PERIOD)
+    signals, _ = PDGravity(arm).step((), Measured(q, v), desired, PERIOD)
     D = np.diag(arm.mass_matrix(arm.home))
     expected = arm.potential_force(q) - D * (
         A1 * A2 * (q - desired.q) + (A1 + A2) * (v - desired.v)
@@ -188,9 +192,9 @@ def test_pd_with_gravity_is_a_servo_a_joint(arm):
 def sliding(law, arm, seed=3, steps=4000):
     """Sliding variable of a law on its own nominal arm, the velocity moved by Euler steps."""
     q, v, desired = sample(arm.n, seed)
-    state, s = law.init(q, v, desired), []
+    state, s = law.init(Measured(q, v), desired), []
     for _ in range(steps):
-        signals, state = law.step(state, q, v, desired, PERIOD)
+        signals, state = law.step(state, Measured(q, v), desired, PERIOD)
         s.append(signals["s"])
         rate = arm.forward_dynamics(q, v, signals["u"])
         moved = Desired(desired.q + PERIOD * desired.v, desired.v + PERIOD * desired.a, desired.a)
@@ -233,9 +237,9 @@ def test_super_twisting_rejects_a_ramp_of_disturbance():
     """The integral follows: the ramp 5 t leaves s within some h^2 times its slope."""
     law = SuperTwisting(Mass())
     q, v, at_rest = np.zeros(1), np.zeros(1), Desired(np.zeros(1), np.zeros(1), np.zeros(1))
-    state = law.init(q, v, at_rest)
+    state = law.init(Measured(q, v), at_rest)
     for k in range(5000):
-        signals, state = law.step(state, q, v, at_rest, PERIOD)
+        signals, state = law.step(state, Measured(q, v), at_rest, PERIOD)
         q, v = q + PERIOD * v, v + PERIOD * (signals["u"] + 5.0 * k * PERIOD)
     assert np.abs(signals["s"]) == pytest.approx(PERIOD**2 * 5.0, rel=1e-3)
     np.testing.assert_allclose(state.nu, -5.0 * 5.0, rtol=1e-3)
@@ -292,8 +296,8 @@ def states_after(law, count=5):
     state = None
     for seed in range(count):
         q, v, desired = sample(2, seed)
-        state = law.init(q, v, desired) if state is None else state
-        _, state = law.step(state, q, v, desired, PERIOD)
+        state = law.init(Measured(q, v), desired) if state is None else state
+        _, state = law.step(state, Measured(q, v), desired, PERIOD)
     return state
 
 
@@ -319,8 +323,8 @@ def test_all_switched_off_the_law_is_one_line():
     state = None
     for seed in range(5):
         q, v, desired = sample(2, seed)
-        state = law.init(q, v, desired) if state is None else state
-        signals, state = law.step(state, q, v, desired, PERIOD)
+        state = law.init(Measured(q, v), desired) if state is None else state
+        signals, state = law.step(state, Measured(q, v), desired, PERIOD)
         z1 = q - desired.q
         np.testing.assert_allclose(
             signals["alpha"], -7.5 * power(z1, 0.6) - 2.25 * z1 + desired.v, rtol=ROUNDING

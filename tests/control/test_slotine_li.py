@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from ftcfa import SlotineLi, load_arm
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 from ftcfa.model.twins import traced
 from ftcfa.model.urdf.catalogue import catalogue
 
@@ -89,8 +89,8 @@ def test_the_lyapunov_function_falls_as_slotine_and_li_say():
     deviation = rng.normal(size=weights.size) * weights
     q, v, q_d, dq_d, ddq_d = 0.05 * rng.normal(size=(5, nominal.n))
     desired = Desired(q_d, dq_d, ddq_d)
-    state = law.init(q, v, desired)._replace(deviation=deviation)
-    signals, after = law.step(state, q, v, desired, h)
+    state = law.init(Measured(q, v), desired)._replace(deviation=deviation)
+    signals, after = law.step(state, Measured(q, v), desired, h)
     s = signals["s"]
     wanted_rate = ddq_d - 9.75 * (v - dq_d)
     ds = true.forward_dynamics(q, v, signals["u"]) - wanted_rate
@@ -114,9 +114,9 @@ def test_a_wrong_weight_is_learnt():
     for rate in (1e-9, 0.975):
         law = SlotineLi(nominal, adaptation_rate=rate, leakage=1e-9)
         q, v, h = nominal.home, np.zeros(nominal.n), 4e-3
-        state = law.init(q, v, still)
+        state = law.init(Measured(q, v), still)
         for _ in range(2500):
-            signals, state = law.step(state, q, v, still, h)
+            signals, state = law.step(state, Measured(q, v), still, h)
             v = v + h * true.forward_dynamics(q, v, signals["u"])
             q = q + h * v
         errors[rate] = np.max(np.abs(q - still.q))

@@ -25,7 +25,7 @@ from ftcfa import (
     simulate_paths,
 )
 from ftcfa.control.anti_saturation import MARGIN
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 
 from .arms import ARMS, arm_of
 
@@ -61,14 +61,15 @@ class Fed:
 
     varies: ClassVar = number_fields("dq", "dv", "samples")
 
-    def init(self, q, v, desired):
-        return np.zeros(1), self.law.init(q, v, desired)
+    def init(self, measured, desired):
+        return np.zeros(1), self.law.init(measured, desired)
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         k, memory = state
         wrong = np.where(k < self.samples, 1.0, 0.0)
         q, v = self.home + wrong * self.dq, wrong * self.dv
-        signals, memory = self.law.step(memory, q, v, desired, period)
+        signals, memory = self.law.step(memory, Measured(q, v), desired, period)
         return {"u": 0.0 * q, "asked": signals["u"]}, (k + 1.0, memory)
 
 
@@ -176,10 +177,10 @@ def test_no_sequence_of_measurements_makes_the_memory_of_a_law_overflow(kappa):
     largest_rho = (MARGIN - 1) * np.linalg.norm(arm.effort_limit) / smallest
     rng, desired = np.random.default_rng(0), Desired(*(row[0] for row in Constant(arm.home).at(
         np.zeros(1))))  # fmt: skip
-    state = law.init(arm.home, np.zeros(arm.n), desired)
+    state = law.init(Measured(arm.home, np.zeros(arm.n)), desired)
     for _ in range(2000):
         q, v = arm.home, 9e3 * rng.choice([-1.0, 0.0, 1.0], arm.n)
-        _, state = law.step(state, q, v, desired, 1e-3)
+        _, state = law.step(state, Measured(q, v), desired, 1e-3)
         assert np.linalg.norm(state.rho) <= largest_rho
         assert 0.0 <= state.theta[0] <= law.network.largest_theta
         assert all(np.all(np.isfinite(x)) for x in (*state.filter, state.s1, state.s2))

@@ -136,10 +136,11 @@ SHORT = 10_000
 class Push:
     """A law of a user's own."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": np.zeros_like(q)}, state
 
 

@@ -72,10 +72,11 @@ class Spring:
     d: float = 0.0
     varies = number_fields("k", "d")
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return Nothing()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         return {"u": -self.k * (q - desired.q) - self.d * v}, state
 
 
@@ -94,10 +95,12 @@ class PI:
     i: float = 20.0
     varies = number_fields("p", "i")
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
+        q = measured.q
         return Integral(np.zeros_like(q), 0)
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         error = state.error + period * (q - desired.q)
         signals = {
             "u": -self.p * v - self.i * error,

@@ -221,7 +221,7 @@ def test_a_users_law_and_plant_are_compiled():
 
 def test_a_law_that_answers_with_a_constant_is_compiled():
     class Zero(Spring):
-        def step(self, state, q, v, desired, period):
+        def step(self, state, measured, desired, period):
             return {"u": np.zeros(2)}, state
 
     result = simulate(masses(law=Zero()), 0.01)
@@ -470,7 +470,8 @@ def test_a_path_that_diverges_at_the_start(engine):
 @pytest.mark.parametrize("engine", ["compiled", "interpreted"])
 def test_a_law_that_computes_nan_gives_no_torque_on_its_path_alone(engine):
     class Root(Spring):
-        def step(self, state, q, v, desired, period):
+        def step(self, state, measured, desired, period):
+            q = measured.q
             return {"u": -np.sqrt(self.k + q)}, state
 
     loop = masses(law=Root(1.0), vibration=None, period=0.1)

@@ -117,10 +117,11 @@ class Spring:
     k: float = 0.0
     d: float = 0.0
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         return {"u": -self.k * (q - desired.q) - self.d * v}, state
 
 
@@ -339,14 +340,14 @@ class Chatty(Spring):
 
     seen: list = field(default_factory=list, compare=False)
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return np.zeros(3)
 
-    def step(self, state, q, v, desired, period):
-        signals, _ = super().step((), q, v, desired, period)
-        if q[0] > 0:  # no trace can follow this
+    def step(self, state, measured, desired, period):
+        signals, _ = super().step((), measured, desired, period)
+        if measured.q[0] > 0:  # no trace can follow this
             state = state + 1.0
-        return {**signals, "spectrum": state, "gain": np.eye(2), "sum": np.sum(q)}, state
+        return {**signals, "spectrum": state, "gain": np.eye(2), "sum": np.sum(measured.q)}, state
 
 
 def test_a_users_law_may_branch_and_signal_what_it_likes():
@@ -361,7 +362,7 @@ def test_a_users_law_may_branch_and_signal_what_it_likes():
 @pytest.mark.parametrize("u", [np.zeros(3), np.zeros((2, 1)), 0.0])
 def test_a_law_with_a_torque_of_the_wrong_shape_is_refused(u):
     class Wrong(Spring):
-        def step(self, state, q, v, desired, period):
+        def step(self, state, measured, desired, period):
             return {"u": u}, state
 
     loop = ClosedLoop(PaperPendulum(), Wrong(), Constant([0.0, 0.0]))
@@ -446,10 +447,11 @@ def test_growth_beyond_all_numbers_within_one_sample_is_a_divergence(engine):
 class Counter(Spring):
     """Counts its samples from the last start on; from the fourth on it asks for no number."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
+        q = measured.q
         return (q - desired.q,)
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
         (count,) = state
         u = np.where(count > 3.5, np.inf - np.inf, count)
         return {"u": u, "count": count}, (count + 1.0,)

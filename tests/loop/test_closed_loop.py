@@ -21,7 +21,7 @@ from ftcfa import (
     WhiteNoise,
     load_arm,
 )
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 from ftcfa.description.write import NOT_REBUILDABLE, provenance
 from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, bounded
 from ftcfa.loop.plant import INTEGRATORS
@@ -36,10 +36,10 @@ class Push:
 
     torque: tuple[float, float]
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return 0
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
         return {"u": np.array(self.torque), "count": np.array(state)}, state + 1
 
 
@@ -168,7 +168,7 @@ def test_the_controller_gets_measurement_reference_and_period_and_nothing_of_the
     heavy = PaperPendulum(m=(6.0, 8.0))
     loop = pendulum_loop(arm=heavy, controller=Spy((0.0, 0.0)), q0=0.4, period=2e-3)
     loop.step(loop.init(desired), desired, np.zeros((1, 0)))
-    (q, v, given, period) = seen[0]
+    ((q, v, _), given, period) = seen[0]
     np.testing.assert_array_equal(q, [0.4, 0.4])
     np.testing.assert_array_equal(v, 0.0)
     assert given is desired
@@ -181,7 +181,8 @@ def test_the_torque_depends_on_the_nominal_arm_and_not_on_the_true_one():
     torques = [
         ClosedLoop(arm, law, HELD, q0=0.1).step(
             LoopState(
-                Motion(np.full(2, 0.1), np.zeros(2)), law.init(np.full(2, 0.1), np.zeros(2), STILL)
+                Motion(np.full(2, 0.1), np.zeros(2)),
+                law.init(Measured(np.full(2, 0.1), np.zeros(2)), STILL),
             ),
             STILL,
             np.zeros((1, 0)),

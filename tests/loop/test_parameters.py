@@ -247,10 +247,11 @@ class Mixed:
     def stiffness(self):
         return self.gains.p + self.inner.k
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return None
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         u = -self.stiffness * q - self.gains.d * v + self.inner.k * desired.q + self.bias
         return {"u": u}, state
 
@@ -373,7 +374,7 @@ class Plain:
     def __init__(self, k=4.0):
         self.k = k
 
-    init, step = Spring.init, lambda self, state, q, *_: ({"u": -self.k * q}, state)
+    init, step = Spring.init, lambda self, state, now, *_: ({"u": -self.k * now.q}, state)
 
 
 def test_a_plain_class_runs_but_cannot_vary(engine):

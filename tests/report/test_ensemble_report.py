@@ -44,10 +44,11 @@ def shaken(controller, reference, intensity, **start):
 class NoLaw:
     """No torque."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": 0.0 * q}, state
 
 

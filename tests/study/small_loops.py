@@ -60,10 +60,11 @@ class Spring:
     def __init__(self, k, d):
         self.k, self.d = k, d
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         return {"u": -self.k * q - self.d * v}, state
 
 

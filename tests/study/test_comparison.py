@@ -174,10 +174,11 @@ def test_shares_are_compared_by_both_kinds_of_pairs_that_differ(result):
 class Thrown:
     """A law that always pushes with all its might."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": 1e9 * np.ones_like(q)}, state
 
 

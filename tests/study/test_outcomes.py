@@ -118,7 +118,8 @@ def test_a_path_that_diverges_is_named_so():
     strong = load_arm("double_pendulum", effort_limit=1e9)
 
     class Thrown(FTCF):
-        def step(self, state, q, v, desired, period):
+        def step(self, state, measured, desired, period):
+            q = measured.q
             return {"u": 1e9 * np.ones_like(q)}, state
 
     result = ensemble(ClosedLoop(strong, Thrown(strong), Constant([0.0, 0.0])), 4, 0.5)
@@ -176,11 +177,11 @@ def test_the_command_line_says_what_became_of_the_paths(tmp_path):
 class Overflowing(PDGravity):
     """PD whose command overflows at its sixth sample, and which then forgets that it ran."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return np.zeros(1)
 
-    def step(self, state, q, v, desired, period):
-        signals, _ = super().step((), q, v, desired, period)
+    def step(self, state, measured, desired, period):
+        signals, _ = super().step((), measured, desired, period)
         huge = np.exp(np.where(state > 4.5, 1000.0, 0.0))  # infinite in double precision
         return {"u": signals["u"] * huge}, state + 1.0
 

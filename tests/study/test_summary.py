@@ -51,10 +51,11 @@ def pendulum():
 class NoLaw:
     """No torque: what shakes alone decides."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": 0.0 * q}, state
 
 

@@ -42,10 +42,11 @@ class Push:
 class Rest:
     """A law that does nothing."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q = measured.q
         return {"u": np.zeros_like(q)}, state
 
 

@@ -122,10 +122,10 @@ class Held:
     def __init__(self, arm):
         self.torque = arm.potential_force(arm.home)
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
         return {"u": self.torque}, state
 
 

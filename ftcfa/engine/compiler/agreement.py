@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 from ftcfa.engine.compiler.flatten import flat, leaves, like, split
 from ftcfa.errors import TracingError
 from ftcfa.loop.closed_loop import ClosedLoop, LoopState
@@ -114,7 +114,7 @@ def _samples(
         results |= {name: flat(value) for name, value in signals.items()}
         results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
         if k == count - 1:  # init clears what a law hides, which the samples are to bring out
-            results[AGAIN] = flat(loop.controller.init(state.q, state.v, desired))
+            results[AGAIN] = flat(loop.controller.init(Measured(state.q, state.v), desired))
         yield Sample(state, desired, initial, normals, row, results)
         state = after._replace(motion=motion)
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.control.protocol import Desired
+from ftcfa.control.protocol import Desired, Measured
 from ftcfa.engine.compiler import agreement
 from ftcfa.engine.compiler.agreement import AGAIN, MEMORY, MOTION, START, Sample
 from ftcfa.engine.compiler.constant_states import constant_entries, known_values
@@ -211,7 +211,7 @@ def _trace(
     initial = symbols("initial", loop.process.initial_normals)
     start = leaves(loop.init(desired, initial))
     init = _function("init", [desired, [initial], inputs], [start])
-    again = leaves(loop.controller.init(state.q, state.v, desired))
+    again = leaves(loop.controller.init(Measured(state.q, state.v), desired))
     renewed = _function("renewed", [leaves(state.motion), desired, inputs], [again])
     renewal = _flat([*leaves(state.motion), *again, *leaves(state[2:])])
     constant = constant_entries(_flat(leaves(state)), _flat(start), _flat(results[0]), renewal)

@@ -30,11 +30,11 @@ def test_what_stays_zero_is_found(law, entries):
 class Counting(PDGravity):
     """A state that starts as a constant and grows, one that stays, and one that follows it."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return np.zeros(1), np.full(1, 3.0), np.full(1, 3.0)
 
-    def step(self, state, q, v, desired, period):
-        signals, _ = super().step((), q, v, desired, period)
+    def step(self, state, measured, desired, period):
+        signals, _ = super().step((), measured, desired, period)
         count, three, follower = state
         return signals, (count + 1.0, three, 2.0 * follower - three)
 

@@ -29,10 +29,11 @@ from ..loops import PI, Spring, masses, shaken
 class Law:
     """A user's law without memory."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         return {"u": self.torque(q, v)}, state
 
 
@@ -137,7 +138,8 @@ class HiddenDict(Law):
     def __init__(self):
         self.memory = {}
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         error = self.memory.get("error", np.zeros(2)) + period * (q - desired.q)
         self.memory["error"] = error
         return {"u": -v - 9.0 * error}, state
@@ -146,7 +148,7 @@ class HiddenDict(Law):
 class HiddenUntilInit(HiddenDict):
     """The same, but each path starts anew."""
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         self.memory = {}
         return ()
 
@@ -209,10 +211,11 @@ class Stateful(Law):
     def __init__(self, start):
         self.start = start
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return self.start
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         (error,) = state.values() if isinstance(state, dict) else state
         error = error + period * (q - desired.q)
         kind = type(state)
@@ -239,7 +242,7 @@ def test_a_state_that_code_cannot_hold_is_interpreted(start, reason):
 
 
 class NoState(Spring):
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return None
 
 
@@ -262,10 +265,11 @@ class ComputedTorque:
 
     robots: tuple
 
-    def init(self, q, v, desired):
+    def init(self, measured, desired):
         return ()
 
-    def step(self, state, q, v, desired, period):
+    def step(self, state, measured, desired, period):
+        q, v = measured.q, measured.v
         arm = self.robots[0]
         a = desired.a - 20.0 * (v - desired.v) - 100.0 * (q - desired.q)
         u = arm.mass_matrix(q) @ a + arm.coriolis_matrix(q, v) @ v + arm.potential_force(q)
@@ -424,10 +428,11 @@ def test_a_law_whose_gains_were_changed_is_traced_anew():
     class Mutable:
         k: float
 
-        def init(self, q, v, desired):
+        def init(self, measured, desired):
             return ()
 
-        def step(self, state, q, v, desired, period):
+        def step(self, state, measured, desired, period):
+            q, v = measured.q, measured.v
             return {"u": -self.k * q - v}, state
 
     loop = masses(law=Mutable(1.0), q0=[0.3, -0.2], period=0.01)
