@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 from ftcfa.arrays import Array
-from ftcfa.checks import check_fields
+from ftcfa.checks import check_field, check_fields
 
 
 class Part:
@@ -32,11 +32,13 @@ class Parameter:
             one of them.
         prepare: (part, values of shape (paths, ...)) -> what `replace` takes in compiled code,
             shape (paths, ...); None if it takes the values themselves.
+        whole_steps: Whether it is a time in whole integration steps [s].
     """
 
     replace: Callable[[Any, Any], Any]
     check: Callable[[Any, Array], None] = lambda part, values: None  # noqa: ARG005
     prepare: Callable[[Any, Array], Array] | None = None
+    whole_steps: bool = False
 
 
 Parameters: TypeAlias = Mapping[str, Parameter]
@@ -51,7 +53,9 @@ def number_fields(*names: str) -> Parameters:
     return {name: number_field(name) for name in names}
 
 
-def number_field(name: str, check: Callable[[Any, Array], None] | None = None) -> Parameter:
+def number_field(
+    name: str, check: Callable[[Any, Array], None] | None = None, whole_steps: bool = False
+) -> Parameter:
     """A parameter that is a field; ``check`` replaces the check by the part's constructor."""
 
     def constructed(part: Any, values: Array) -> None:
@@ -62,7 +66,16 @@ def number_field(name: str, check: Callable[[Any, Array], None] | None = None) -
     def replaced(part: Any, value: Any) -> Any:
         return with_fields(part, {name: value})
 
-    return Parameter(replaced, check or constructed)
+    return Parameter(replaced, check or constructed, whole_steps=whole_steps)
+
+
+def checked_field(name: str) -> Parameter:
+    """A parameter that is a field, whose values the check that the field declares takes."""
+
+    def check(part: Any, values: Array) -> None:
+        check_field(type(part), name, values.ravel(), f"varied {name}")
+
+    return number_field(name, check)
 
 
 def parameters_of(part: Any) -> Parameters:

@@ -25,6 +25,9 @@ PLANT_NOISE = 0
 INITIAL_STATE = 1
 FIRST_ROW = 2
 ROBOT = 3
+SENSOR_NOISE = 4
+ACTUATOR_NOISE = 5
+ACCELEROMETER_NOISE = 6
 """Numbers of the streams, one for each use of random numbers."""
 
 

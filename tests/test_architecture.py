@@ -19,6 +19,7 @@ LAYERS = (
     {"parts"},
     {"model", "statistics"},  # beside each other: neither knows the other
     {"vibration", "control"},
+    {"hardware"},
     {"loop"},
     {"description"},
     {"engine"},

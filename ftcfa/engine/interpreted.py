@@ -9,8 +9,10 @@ from ftcfa.arrays import Array
 from ftcfa.control.protocol import Desired, Signals
 from ftcfa.engine.compiler.flatten import flat
 from ftcfa.engine.paths import Paths
-from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
+from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.parameters import with_parameters
+from ftcfa.loop.state import LoopState, bounded
+from ftcfa.streams import standard_normals
 from ftcfa.vibration.realisation import initial_normals, noise_of_steps
 
 CHUNK = 4096
@@ -58,11 +60,12 @@ def _run_path(
             ticks = range(start, min(start + CHUNK, samples))
             desired = loop.reference.at(np.arange(ticks.start, ticks.stop) * loop.period)
             noise, rows_of_noise = _noise(loop, ticks, seed, path)
+            deviates = _deviates(loop, ticks, seed, path)
             for k, tick in enumerate(ticks):
                 now = Desired(*(row[k] for row in desired))
                 if not bounded(state):
                     return tick * loop.period, state
-                signals, state = loop.step(state, now, noise[k], rows_of_noise[k])
+                signals, state = loop.step(state, now, noise[k], rows_of_noise[k], deviates[k])
                 if tick % record_every == 0:
                     for name, row in rows.items():
                         row[tick // record_every] = signals[name]
@@ -81,3 +84,10 @@ def _noise(loop: ClosedLoop, ticks: range, seed: int, path: int) -> tuple[Array,
     steps = range(ticks.start * loop.substeps, ticks.stop * loop.substeps)
     normals, rows = noise_of_steps(loop.process, steps, seed, path)
     return normals.reshape(*shape, normals.shape[1]), rows.reshape(*shape, rows.shape[1])
+
+
+def _deviates(loop: ClosedLoop, ticks: range, seed: int, path: int) -> Array:
+    """Standard normal deviates of samples, shape (ticks, all of `ClosedLoop.streams`)."""
+    streams = loop.streams.items()
+    drawn = [standard_normals(seed, path, stream, ticks, count) for stream, count in streams]
+    return np.concatenate([np.zeros((len(ticks), 0)), *drawn], axis=1)

@@ -4,7 +4,7 @@ import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, cast
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,17 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, about, counting_to, having, known_name, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Measured, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, IDEAL, Hardware
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Posture, Reference, Table
+from ftcfa.loop.state import HALF, LoopState, Motion, Observer, bounded
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
 from ftcfa.parts import Parameters, Part, number_fields
 from ftcfa.vibration.excitation import Process
 from ftcfa.vibration.excitations.white_noise import WhiteProcess
+from ftcfa.vibration.inputs.noise_input import specific_force
 from ftcfa.vibration.vibration import Vibration
 
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
@@ -37,61 +40,6 @@ LOOP_QUANTITIES: Mapping[str, Quantity] = {
 """Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
 MOST_SUBSTEPS = 1_000_000
 """Largest number of integration steps a period."""
-DIVERGED = 1e4
-"""A path whose |q| or |v| leaves this bound has diverged [rad, rad/s, m or m/s]."""
-
-
-HALF = 0.5
-"""Between the two values of `LoopState.restart`."""
-
-
-class Motion(NamedTuple):
-    """State that an integration step advances: that of the robot and that of the vibration."""
-
-    q: Traceable
-    """Position, shape (n,) [rad or m]."""
-    v: Traceable
-    """Velocity, shape (n,) [rad/s or m/s]."""
-    vibration: Any = ()
-    """State of the vibration."""
-
-
-class Observer(Protocol):
-    """Computes results of a path as it runs, such as its largest error: its state at the end."""
-
-    def init(self, n: int) -> Any:
-        """State before the first sample, for n joints: arrays in tuples."""
-        ...
-
-    def step(self, state: Any, signals: Signals, period: float) -> Any:
-        """New state after a sample, in plain NumPy without branches on values.
-
-        ``signals`` are those of `ClosedLoop.step`, and ``period`` is the sampling period [s].
-        """
-        ...
-
-
-class LoopState(NamedTuple):
-    """State of the closed loop at a sample."""
-
-    motion: Motion
-    """State of the plant."""
-    controller: Any
-    """State of the controller."""
-    restart: Traceable | float = 0.0
-    """1 while the law waits for a good measurement to start anew, else 0; shape () or (1,)."""
-    observer: Any = ()
-    """State of the observer."""
-
-    @property
-    def q(self) -> Traceable:
-        """Position, shape (n,) [rad or m]."""
-        return self.motion.q
-
-    @property
-    def v(self) -> Traceable:
-        """Velocity, shape (n,) [rad/s or m/s]."""
-        return self.motion.v
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +67,8 @@ class ClosedLoop(Part):
         uncertainty: Distribution from which every path draws its own robot, or None. The nominal
             robot of the controller stays the same.
         observer: Computes results of every path as it runs, or None.
+        hardware: What the robot measures and what its motors can do; without it the controller
+            reads the true motion and its torque acts at once.
     """
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
@@ -136,6 +86,9 @@ class ClosedLoop(Part):
         None
     )
     observer: Observer | None = None
+    hardware: Annotated[
+        Hardware | None, Check(having("sensors", "Hardware(...), a profile, or None"))
+    ] = None
 
     varies: ClassVar[Parameters] = number_fields("q0", "v0")
 
@@ -158,6 +111,19 @@ class ClosedLoop(Part):
         object.__setattr__(self, "v0", vector("ClosedLoop v0", v0, n, field="v0"))
         with about("vibration"):
             _ = self.process  # checks that the excitation goes with the step
+        if self.hardware is not None:
+            with about("hardware"):
+                self.hardware.check(n, self.period, self.step_length)
+
+    @property
+    def interface(self) -> Any:
+        """The hardware, or its ideal."""
+        return IDEAL if self.hardware is None else self.hardware
+
+    @property
+    def streams(self) -> Mapping[int, int]:
+        """Random streams of a sample, and the number of deviates of each."""
+        return self.interface.streams(self.arm.n)
 
     @cached_property
     def process(self) -> Process:
@@ -189,11 +155,18 @@ class ClosedLoop(Part):
             normals = np.zeros(self.process.initial_normals)
         vibration = () if self.vibration is None else self.vibration.init(self.process, normals)
         observer = () if self.observer is None else self.observer.init(self.arm.n)
-        controller = self.controller.init(Measured(q, v), desired)
-        return LoopState(Motion(q, v, vibration), controller, np.zeros(1), observer)
+        memory, motion = self.interface.init(self.arm, q, v, self.step_length)
+        controller = self.controller.init(self.interface.measured(memory, q, v), desired)
+        state = Motion(q, v, vibration, motion)
+        return LoopState(state, controller, np.zeros(1), memory, observer)
 
     def step(
-        self, state: LoopState, desired: Desired, normals: Array, rows: Array | None = None
+        self,
+        state: LoopState,
+        desired: Desired,
+        normals: Array,
+        rows: Array | None = None,
+        deviates: Array | None = None,
     ) -> tuple[Signals, LoopState]:
         """Signals of one sample, and the state at the next.
 
@@ -203,43 +176,62 @@ class ClosedLoop(Part):
             normals: Standard normal deviates of the period, shape (substeps, process.normals).
             rows: Rows of the process for the steps of the period, shape (substeps, columns); the
                 first ones if None.
+            deviates: Standard normal deviates of the sample, one after the other as `streams` lists
+                them; zeros if None.
 
         Returns:
             The signals, see `LOOP_QUANTITIES` for those of every loop, and the state.
         """
         if rows is None:
             rows = np.resize(self.process.rows, (self.substeps, self.process.rows.shape[1]))
-        signals, state = self.control(self.restarted(state, desired), desired)
+        signals, drive, state = self.control(self.restarted(state, desired), desired, deviates)
         motion = state.motion
         for k in range(self.substeps):
-            motion = self.advance(motion, signals["u"], normals[k], rows[k])
+            motion = self.advance(motion, drive, normals[k], rows[k])
         return signals, state._replace(motion=motion)
 
-    def control(self, state: LoopState, desired: Desired) -> tuple[Signals, LoopState]:
-        """Signals of a sample, and its state with new states of controller and observer."""
-        q, v, usable = state.q, state.v, bounded(state) > 0.0
-        measured = Measured(np.where(usable, q, desired.q), np.where(usable, v, desired.v))
-        given = self.controller.step(state.controller, measured, desired, self.period)
+    def control(
+        self, state: LoopState, desired: Desired, deviates: Traceable | None = None
+    ) -> tuple[Signals, Any, LoopState]:
+        """Signals of a sample, what drives the motors, and the state after the controller.
+
+        The arguments are those of `step`.
+        """
+        if deviates is None:
+            deviates = np.zeros(sum(self.streams.values()))
+        usable, steps = bounded(state) > 0.0, (self.period, self.step_length)
+        q, v, hardware = state.q, state.v, self.interface
+        memory = hardware.read(state.hardware, state.motion.hardware, q, v, deviates, *steps)
+        shown = hardware.measured(memory, q, v)
+        q_m, v_m = np.where(usable, shown.q, desired.q), np.where(usable, shown.v, desired.v)
+        measured = shown._replace(q=q_m, v=v_m)
+        signals, controller = self._commanded(state.controller, measured, desired)
+        command, limit = signals["u"], hardware.limit(self.arm.effort_limit)
+        finite = np.max(np.abs(command)) < np.inf
+        wanted = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
+        drive, memory = hardware.drive(memory, wanted, deviates, self.period)
+        u, _ = hardware.acting(state.motion.hardware, drive, limit, self.step_length)
+        motion = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
+        signals = {**signals, **motion, **hardware.signals(memory, drive)}
+        observer = state.observer
+        if self.observer is not None:
+            observer = self.observer.step(observer, signals, self.period)
+        restart = np.where(finite, state.restart, np.ones(1))
+        return signals, drive, LoopState(state.motion, controller, restart, memory, observer)
+
+    def _commanded(self, state: Any, measured: Measured, desired: Desired) -> tuple[Signals, Any]:
+        """Signals and new state of the controller, whose torque has the right shape."""
+        given = self.controller.step(state, measured, desired, self.period)
         pair = isinstance(given, tuple) and len(given) == 2
         if not (pair and isinstance(given[0], dict) and "u" in given[0]):
             subject = f"step of {type(self.controller).__name__}"
             got = f"a {type(given).__name__} without a dictionary that holds 'u'"
             raise ParameterError(subject, got, '({"u": torque, ...}, state)')
-        signals, controller = given
-        command = signals["u"]
+        command = given[0]["u"]
         shape = command.shape if hasattr(command, "shape") else np.shape(command)
-        if shape != q.shape:
-            raise ShapeError("u of the controller", f"shape {shape}", f"{q.shape}")
-        limit = self.arm.effort_limit
-        finite = np.max(np.abs(command)) < np.inf
-        u = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
-        motion = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
-        signals = {**signals, **motion}
-        observer = state.observer
-        if self.observer is not None:
-            observer = self.observer.step(observer, signals, self.period)
-        restart = np.where(finite, state.restart, np.ones(1))
-        return signals, LoopState(state.motion, controller, restart, observer)
+        if shape != measured.q.shape:
+            raise ShapeError("u of the controller", f"shape {shape}", f"{measured.q.shape}")
+        return given
 
     def restarted(self, state: LoopState, desired: Desired) -> LoopState:
         """The state at a sample, where a law that waits for a good measurement starts anew.
@@ -254,33 +246,47 @@ class ClosedLoop(Part):
             restart=np.zeros(1),
         )
 
-    def advance(self, motion: Motion, u: Traceable, normals: Traceable, row: Traceable) -> Motion:
-        """One integration step of the plant under torque u, shape (n,) [N m or N].
+    def last_measured(self, state: LoopState) -> Measured:
+        """What the sensors showed at the last sample."""
+        return self.interface.measured(state.hardware, state.q, state.v)
 
-        ``normals``, shape (process.normals,), and ``row``, shape (columns,), are the step's.
+    def advance(self, motion: Motion, drive: Any, normals: Traceable, row: Traceable) -> Motion:
+        """One integration step of the plant.
+
+        Args:
+            motion: State at its start.
+            drive: What drives the motors, as `control` gives it.
+            normals: Standard normal deviates of the step, shape (process.normals,).
+            row: Row of the process for the step, shape (columns,).
         """
-        q, v, vibration = motion
-        step = self.step_length
-        impulse = np.zeros_like(q)
+        q, v, vibration, hardware = motion
+        step, limit = self.step_length, self.interface.limit(self.arm.effort_limit)
+        u, motors = self.interface.acting(hardware, drive, limit, step)
+        impulse, base = np.zeros_like(q), None
+        if self.interface.senses_base:
+            base = self._base_motion(vibration, normals, row)
         if self.vibration is not None:
             parts = self.process, self.arm, q, v, vibration
             impulse, vibration = self.vibration.impulse(*parts, normals, row, step)
+        hardware = self.interface.advanced(hardware, q, v, motors, base, step)
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
-        return Motion(q, v, vibration)
+        return Motion(q, v, vibration, hardware)
+
+    def _base_motion(self, state: Any, normals: Traceable, row: Traceable) -> Traceable:
+        """Mean specific force and angular velocity of the base in a step, shape (6,)."""
+        if self.vibration is None:
+            return specific_force(self.arm, np.zeros(3))
+        parts = self.process, self.arm, state, normals, row, self.step_length
+        return self.vibration.base_motion(*parts)
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
         """Unit and meaning of the signals of `step`, except those that a law leaves out."""
-        return {**quantities(self.controller), **LOOP_QUANTITIES}
+        own = {} if self.hardware is None else HARDWARE_QUANTITIES
+        return {**quantities(self.controller), **LOOP_QUANTITIES, **own}
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
         """Name and shape of every signal of `step`, from one sample of the law."""
         desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
-        signals, _ = self.control(self.init(desired), desired)
+        signals, *_ = self.control(self.init(desired), desired)
         return {name: np.shape(value) for name, value in signals.items()}
-
-
-def bounded(state: LoopState) -> Traceable:
-    """1.0 while |q| and |v| are finite and within DIVERGED, else 0.0."""
-    largest = np.max(np.abs(np.concatenate([state.q, state.v])))
-    return np.where(largest < DIVERGED, 1.0, 0.0)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.checks import numbers
 from ftcfa.errors import ParameterError, ShapeError, TracingError, UnknownNameError
+from ftcfa.hardware.delay import whole_steps
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import cached, fields_of, parameters_of, with_fields
 
@@ -145,7 +146,10 @@ def _checked(loop: ClosedLoop, name: str, given: npt.ArrayLike, paths: int) -> A
     for word in words:
         part = getattr(part, word)
         _check_can_vary(name, part)
-    parameters_of(part)[last].check(part, values)
+    declared = parameters_of(part)[last]
+    declared.check(part, values)
+    if declared.whole_steps:
+        whole_steps(subject, np.unique(values), loop.step_length)
     return values
 
 

@@ -90,6 +90,6 @@ def saturation_gap(actual: Array, nominal: Array) -> Array:
 def _initial_value(loop: ClosedLoop, theta: float, lambda_: float) -> float:
     """V at the first sample, where s1 = s2 = 0."""
     desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
-    signals, _ = loop.control(loop.init(desired), desired)
+    signals, *_ = loop.control(loop.init(desired), desired)
     fourth = sum(float(signals[name] @ signals[name]) ** 2 for name in ("v1", "v2"))
     return fourth / 4 + (theta - float(signals["theta"])) ** 2 / (2 * lambda_)

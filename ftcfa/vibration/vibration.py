@@ -92,8 +92,30 @@ class Vibration(Part):
         The arguments are those of `NoiseInput.impulse`, with the result of `process`, standard
         normal deviates, shape (process.normals,), and the step's row of ``process.rows``.
         """
-        increment, process_state = process.advance(state.process, normals, row)
-        unscaled = (increment, *process.integrals(state.process, row))
-        integrals = StepIntegrals(*(self.level * each for each in unscaled))
+        integrals, process_state = self._step(process, state, normals, row)
         impulse, input_state = self._input.impulse(arm, q, v, state.input, integrals, step)
         return impulse, VibrationState(process_state, input_state)
+
+    def base_motion(
+        self,
+        process: Process,
+        arm: Dynamics,
+        state: VibrationState,
+        normals: Traceable,
+        row: Traceable,
+        step: float,
+    ) -> Traceable:
+        """Mean specific force and angular velocity of the base over one step, shape (6,).
+
+        The arguments are those of `impulse`; see `NoiseInput.base_motion`.
+        """
+        integrals, _ = self._step(process, state, normals, row)
+        return self._input.base_motion(arm, state.input, integrals, step)
+
+    def _step(
+        self, process: Process, state: VibrationState, normals: Traceable, row: Traceable
+    ) -> tuple[StepIntegrals, Any]:
+        """Integrals of the excitation for one step, and the state of its process at the end."""
+        increment, process_state = process.advance(state.process, normals, row)
+        unscaled = (increment, *process.integrals(state.process, row))
+        return StepIntegrals(*(self.level * each for each in unscaled)), process_state

@@ -20,7 +20,8 @@ from ftcfa.control.filters import FILTERS
 from ftcfa.control.protocol import Desired, MemorylessLaw, quantities
 from ftcfa.engine.compiler.agreement import check_pure
 from ftcfa.engine.compiler.flatten import leaves
-from ftcfa.loop.closed_loop import LOOP_QUANTITIES, LoopState, Motion
+from ftcfa.loop.closed_loop import LOOP_QUANTITIES
+from ftcfa.loop.state import LoopState, Motion
 
 from .arms import ARMS, arm_of
 
@@ -81,7 +82,7 @@ def test_both_engines_run_it_alike_within_the_limits(loop):
 
 
 def test_every_signal_has_a_unit_and_a_meaning(loop):
-    signals, _ = loop.control(loop.init(first(loop)), first(loop))
+    signals, *_ = loop.control(loop.init(first(loop)), first(loop))
     assert set(quantities(loop.controller)) == set(signals) - set(LOOP_QUANTITIES)
     assert all(unit and meaning for unit, meaning in loop.quantities.values())
     run = simulate(loop, DURATION, signals="all", engine="interpreted")
@@ -109,7 +110,7 @@ def test_a_signal_that_its_law_does_not_list_has_its_name_and_no_unit():
 def test_its_state_keeps_its_shape_and_hides_nothing(loop):
     check_pure(loop)
     state = loop.init(first(loop))
-    _, after = loop.control(state, first(loop))
+    _, _, after = loop.control(state, first(loop))
     assert [np.shape(x) for x in leaves(after)] == [np.shape(x) for x in leaves(state)]
     assert type(after.controller) is type(state.controller)
 
@@ -124,7 +125,7 @@ def test_no_measurement_gets_a_torque_beyond_the_limits_or_none_at_all(loop):
         for _ in range(8):
             q, v = rng.choice(NUMBERS, size=(2, n))
             state = LoopState(Motion(q, v, state.motion.vibration), state.controller)
-            signals, state = loop.control(state, desired)
+            signals, _, state = loop.control(state, desired)
             assert np.all(np.abs(signals["u"]) <= limit)  # false for NaN
             assert all(np.all(np.isfinite(leaf)) for leaf in leaves(state.controller))
 
@@ -133,7 +134,7 @@ def test_after_a_measurement_of_nan_the_law_works_on(loop):
     """The law keeps nothing of a NaN: the next sample gives a finite torque."""
     desired, state = first(loop), loop.init(first(loop))
     broken = LoopState(state.motion._replace(q=np.full(loop.arm.n, np.nan)), state.controller)
-    signals, after = loop.control(broken, desired)
+    signals, _, after = loop.control(broken, desired)
     np.testing.assert_array_equal(signals["u"], 0.0)
-    signals, _ = loop.control(LoopState(state.motion, after.controller), desired)
+    signals, *_ = loop.control(LoopState(state.motion, after.controller), desired)
     assert np.all(np.isfinite(signals["u_command"]))

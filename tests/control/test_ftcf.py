@@ -23,7 +23,7 @@ from ftcfa import (
     printed,
 )
 from ftcfa.control.protocol import Desired, Measured
-from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion
+from ftcfa.loop.state import DIVERGED, LoopState, Motion
 
 ROUNDING = 1e-12
 """Relative to the largest number of the step: some hundred operations on well-scaled numbers."""

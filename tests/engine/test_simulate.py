@@ -27,7 +27,7 @@ from ftcfa import (
     simulate,
     simulate_paths,
 )
-from ftcfa.loop.closed_loop import DIVERGED
+from ftcfa.loop.state import DIVERGED
 
 CONFIDENCE = 1.0 - 1e-6
 """Of each two-sided interval for a sample variance of normal numbers (chi-squared)."""

@@ -23,8 +23,8 @@ from ftcfa import (
 )
 from ftcfa.control.protocol import Desired, Measured
 from ftcfa.description.write import NOT_REBUILDABLE, provenance
-from ftcfa.loop.closed_loop import DIVERGED, LoopState, Motion, bounded
 from ftcfa.loop.plant import INTEGRATORS
+from ftcfa.loop.state import DIVERGED, LoopState, Motion, bounded
 
 STILL = Desired(np.zeros(2), np.zeros(2), np.zeros(2))
 HELD = Constant([0.0, 0.0])

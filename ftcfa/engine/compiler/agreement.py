@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array
-from ftcfa.control.protocol import Desired, Measured
+from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler.flatten import flat, leaves, like, split
 from ftcfa.errors import TracingError
-from ftcfa.loop.closed_loop import ClosedLoop, LoopState
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.state import LoopState
 
 SAMPLES = 3
 AGAIN_SAMPLES = 1
@@ -27,6 +28,7 @@ NEGLIGIBLE = 1e-6
 DISTURBANCE = 1e-3
 """Standard deviation by which states are moved away from zero, where sign(x) is discontinuous."""
 START, MEMORY, MOTION = "state from init", "state from step", "motion"
+DRIVE = "torque of the driver"
 AGAIN = "state from init at a later sample"
 """Names of the quantities that are compared beside the signals."""
 
@@ -39,6 +41,7 @@ class Sample(NamedTuple):
     initial: Array
     normals: Array
     row: Array
+    deviates: Array
     results: dict[str, Array]
 
 
@@ -108,14 +111,15 @@ def _samples(
         state = like(state, iter(arrays))
         normals = rng.standard_normal(process.normals)
         row = process.rows[k % len(process.rows)]
+        deviates = rng.standard_normal(sum(loop.streams.values()))
         with np.errstate(all="ignore"):
-            signals, after = loop.control(state, desired)
-            motion = loop.advance(state.motion, signals["u"], normals, row)
+            signals, drive, after = loop.control(state, desired, deviates)
+            motion = loop.advance(state.motion, drive, normals, row)
         results |= {name: flat(value) for name, value in signals.items()}
-        results |= {MEMORY: flat(after[1:]), MOTION: flat(motion)}
+        results |= {DRIVE: flat(drive), MEMORY: flat(after[1:]), MOTION: flat(motion)}
         if k == count - 1:  # init clears what a law hides, which the samples are to bring out
-            results[AGAIN] = flat(loop.controller.init(Measured(state.q, state.v), desired))
-        yield Sample(state, desired, initial, normals, row, results)
+            results[AGAIN] = flat(loop.controller.init(loop.last_measured(state), desired))
+        yield Sample(state, desired, initial, normals, row, deviates, results)
         state = after._replace(motion=motion)
 
 

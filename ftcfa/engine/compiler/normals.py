@@ -1,6 +1,6 @@
 """Normal deviates in the generated code: those of `ftcfa.streams`, by the kernels."""
 
-from ftcfa.engine.compiler.assembly import Assembly
+from ftcfa.engine.compiler.assembly import Assembly, Entries
 from ftcfa.engine.compiler.kernels.logarithm import log_of_positive
 from ftcfa.engine.compiler.kernels.trigonometric import cos, sin
 from ftcfa.streams import MANTISSA_SHIFT, ONE, PARITY, ROTATIONS, ROUNDS
@@ -19,16 +19,35 @@ def normals(asm: Assembly, seed: str, paths: str, step: str, stream: int, count:
         stream: Number of the stream, such as `ftcfa.streams.PLANT_NOISE`.
         count: Number of deviates.
     """
-    deviates: list[str] = []
-    for pair in range((count + 1) // 2):
-        a, b = _threefry(asm, step, asm.word((stream << 32) + pair), seed, paths)
-        u = asm.sub(asm.constant(2.0), _in_one_two(asm, a))
-        w = asm.sub(_in_one_two(asm, b), asm.constant(1.0))
-        angle = asm.mul(asm.constant(TWO_PI), w)
-        log = log_of_positive(asm, u)
-        radius = asm.intrinsic("sqrt", asm.mul(asm.constant(-2.0), log))
-        deviates += [asm.mul(radius, function(asm, angle)) for function in (cos, sin)]
-    return deviates[:count]
+    draw = on_demand(asm, seed, paths, step, stream)
+    return [draw(i) for i in range(count)]
+
+
+def on_demand(asm: Assembly, seed: str, paths: str, step: str, stream: int) -> Entries:
+    """Function from a number to that normal deviate of a step; each pair is computed when needed.
+
+    The arguments are those of `normals`. All deviates are to be taken in one block.
+    """
+    pairs: dict[int, tuple[str, str]] = {}
+
+    def deviate(i: int) -> str:
+        pair, which = divmod(i, 2)
+        if pair not in pairs:
+            pairs[pair] = _pair(asm, seed, paths, step, (stream << 32) + pair)
+        return pairs[pair][which]
+
+    return deviate
+
+
+def _pair(asm: Assembly, seed: str, paths: str, step: str, word: int) -> tuple[str, str]:
+    """Two deviates by Box and Muller."""
+    a, b = _threefry(asm, step, asm.word(word), seed, paths)
+    u = asm.sub(asm.constant(2.0), _in_one_two(asm, a))
+    w = asm.sub(_in_one_two(asm, b), asm.constant(1.0))
+    angle = asm.mul(asm.constant(TWO_PI), w)
+    log = log_of_positive(asm, u)
+    radius = asm.intrinsic("sqrt", asm.mul(asm.constant(-2.0), log))
+    return asm.mul(radius, cos(asm, angle)), asm.mul(radius, sin(asm, angle))
 
 
 def _threefry(asm: Assembly, x: str, y: str, key0: str, key1: str) -> tuple[str, str]:

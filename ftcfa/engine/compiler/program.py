@@ -13,11 +13,11 @@ import casadi as ca
 import llvmlite.binding as llvm
 
 from ftcfa.engine.compiler.assembly import Assembly, Entries
-from ftcfa.engine.compiler.normals import normals
+from ftcfa.engine.compiler.normals import normals, on_demand
 from ftcfa.engine.compiler.tape import lower
 from ftcfa.engine.compiler.target import Target
 from ftcfa.engine.compiler.trace import TracedLoop
-from ftcfa.loop.closed_loop import HALF
+from ftcfa.loop.state import HALF
 from ftcfa.streams import INITIAL_STATE, PLANT_NOISE
 
 CACHED_PROGRAMS = 64
@@ -140,7 +140,7 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     asm, first = Assembly(target), traced.first
     asm.label("entry")
     kept = asm.emit(f"alloca [{traced.recorded + 1} x {asm.vector}], align 64")
-    torque = asm.emit(f"alloca [{traced.joints} x {asm.vector}], align 64")
+    torque = asm.emit(f"alloca [{traced.driven} x {asm.vector}], align 64")
     seed, paths = _keys(asm)
     asm.do("%end = add i64 %tick0, %ticks")
     asm.do("br label %head")
@@ -157,10 +157,11 @@ def _run(traced: TracedLoop, target: Target) -> Assembly:
     step = asm.emit(f"mul i64 %tick, {traced.substeps}")
     noise = _noise(asm, first, seed, paths, step)
     _renew(asm, traced, desired)
-    inputs = [asm.memory("%state"), desired, *noise, asm.memory("%parameters")]
-    after, signals, u, (bounded,) = lower(asm, first, inputs)
+    deviates = _deviates(asm, traced, seed, paths)
+    inputs = [asm.memory("%state"), desired, *noise, deviates, asm.memory("%parameters")]
+    after, signals, drive, (bounded,) = lower(asm, first, inputs)
     running = _not_diverged(asm, bounded)
-    stores = (after, "%state", 0.0), (signals, kept, math.nan), (u, torque, 0.0)
+    stores = (after, "%state", 0.0), (signals, kept, math.nan), (drive, torque, 0.0)
     for values, base, if_diverged in stores:
         for i, value in enumerate(values):
             asm.store(asm.select(running, value, asm.constant(if_diverged)), base, i)
@@ -202,6 +203,23 @@ def _noise(
     return deviates.__getitem__, row.__getitem__
 
 
+def _deviates(asm: Assembly, traced: TracedLoop, seed: str, paths: str) -> Entries:
+    """Deviates of a sample, those of its streams one after the other, each when it is needed."""
+    if not sum(traced.streams.values()):
+        return [].__getitem__
+    now = asm.broadcast("i64", "%tick")
+    entries: list[tuple[Entries, int]] = []
+    for stream, count in traced.streams.items():
+        draw = on_demand(asm, seed, paths, now, stream)
+        entries += [(draw, i) for i in range(count)]
+
+    def deviate(i: int) -> str:
+        draw, place = entries[i]
+        return draw(place)
+
+    return deviate
+
+
 def _desired(asm: Assembly, row: str, entries: int) -> Entries:
     """Entries of a row of the desired motion, which all paths share."""
     pointer = asm.address("%desired", asm.emit(f"mul i64 {row}, {entries}"), "double")
@@ -215,7 +233,7 @@ def _desired(asm: Assembly, row: str, entries: int) -> Entries:
 
 def _renew(asm: Assembly, traced: TracedLoop, desired: Entries) -> None:
     """Code that starts a law anew in the lanes where it waits for it; ends with `control`."""
-    motion, memory = traced.renewed.nnz_in(0), traced.renewed.nnz_out(0)
+    motion, memory = traced.motion, traced.renewed.nnz_out(0)
     waiting = asm.load("%state", motion + memory)
     due = asm.compare("ogt", waiting, asm.constant(HALF))
     asm.do(f"br i1 {asm.any(due)}, label %renew, label %control")

@@ -2,7 +2,7 @@
 
 import threading
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.control.protocol import Desired, Measured
+from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler import agreement
-from ftcfa.engine.compiler.agreement import AGAIN, MEMORY, MOTION, START, Sample
+from ftcfa.engine.compiler.agreement import AGAIN, DRIVE, MEMORY, MOTION, START, Sample
 from ftcfa.engine.compiler.constant_states import constant_entries, known_values
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
 from ftcfa.engine.interrupts import interrupts_wait
 from ftcfa.errors import ParameterError, TracingError
-from ftcfa.loop.closed_loop import ClosedLoop, LoopState, bounded
+from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.parameters import parameter, preparation, with_parameters
+from ftcfa.loop.state import LoopState, bounded
 from ftcfa.loop.twin import twin
 from ftcfa.model.symbols import SymbolArray, column, symbols
 from ftcfa.parts import fields_of
@@ -35,12 +36,14 @@ class TracedLoop:
 
     Attributes:
         init: (desired, normals, parameters) -> state.
-        first: (state, desired, normals, row, parameters) -> (state, signals, torque, bounded): the
-            controller and the first integration step.
-        further: (motion, torque, normals, row, parameters) -> motion: one more integration step,
-            or None.
-        renewed: (motion, desired, parameters) -> state of the controller, as `init` gives it; in
+        first: (state, desired, normals, row, deviates, parameters) -> (state, signals, drive,
+            bounded): the controller and the first integration step.
+        further: (motion, drive, normals, row, parameters) -> motion: one more integration step, or
+            None.
+        renewed: (state, desired, parameters) -> state of the controller, as `init` gives it; in
             the loop's state it stands after the motion and before `LoopState.restart`.
+        streams: Random streams of a sample, and how many of the ``deviates`` each gives.
+        motion: Number of entries of the motion, the first ones of the loop's state.
         signals: Name and shape of each recorded signal.
         observer: State of the observer, the last entries of the loop's; () if there is none.
         substeps: Integration steps a sample.
@@ -57,6 +60,8 @@ class TracedLoop:
     signals: tuple[tuple[str, tuple[int, ...]], ...]
     observer: Any
     substeps: int
+    streams: Mapping[int, int]
+    motion: int
     constant: npt.NDArray[np.bool_]
     preparations: tuple[tuple[str, Callable[[Array], Array]], ...] = ()
 
@@ -66,8 +71,8 @@ class TracedLoop:
         return int(self.first.nnz_out(1))
 
     @property
-    def joints(self) -> int:
-        """Number of entries of the torque."""
+    def driven(self) -> int:
+        """Number of entries of what drives the motors."""
         return int(self.first.nnz_out(2))
 
 
@@ -118,7 +123,8 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
         inputs.append(symbols(f"p{i}", max(1, size(prepared))))
         values[name] = inputs[-1].reshape(np.shape(prepared))
     loop_twin = with_parameters(loop_twin, values)
-    code = _trace(loop_twin, template, {name: shapes[name] for name in names}, inputs)
+    _, drive, _ = loop.control(template, desired)
+    code = _trace(loop_twin, template, drive, {name: shapes[name] for name in names}, inputs)
     return replace(code, preparations=preparations)
 
 
@@ -163,19 +169,19 @@ def _prove(loop: ClosedLoop, code: TracedLoop, count: int = agreement.SAMPLES) -
         if START in sample.results:
             yield START, _numbers(code.init(desired, sample.initial, parameters))
         noise = (sample.normals, sample.row)
-        first = code.first(flat(sample.state), desired, *noise, parameters)
-        after, signals, u, _ = map(_numbers, first)
+        first = code.first(flat(sample.state), desired, *noise, sample.deviates, parameters)
+        after, signals, drive, _ = map(_numbers, first)
         arrays = split(signals, [shape for _, shape in code.signals])
         yield from (
             (name, array.ravel()) for (name, _), array in zip(code.signals, arrays, strict=True)
         )
-        yield "u", u
+        yield DRIVE, drive
         if AGAIN in sample.results:
-            yield AGAIN, _numbers(code.renewed(motion, desired, parameters))
+            yield AGAIN, _numbers(code.renewed(flat(sample.state), desired, parameters))
         yield MEMORY, after[len(motion) :]
         yield MOTION, after[: len(motion)]
         if code.further is not None:
-            yield MOTION, _numbers(code.further(motion, u, *noise, parameters))
+            yield MOTION, _numbers(code.further(motion, drive, *noise, parameters))
 
     agreement.check_agreement(loop, by_code, code.constant, count)
 
@@ -187,37 +193,40 @@ def _numbers(column: ca.DM) -> Array:
 def _trace(
     loop: ClosedLoop,
     template: LoopState,
+    held: Any,
     shapes: dict[str, tuple[int, ...]],
     inputs: list[Traceable],
 ) -> TracedLoop:
-    """Code of a loop's twin that holds symbols, for a state like the template's."""
+    """Code of a loop's twin that holds symbols, for a state and a drive like the given ones."""
     n = loop.arm.n
     state = like(template, iter([_symbol_like(leaf) for leaf in leaves(template)]))
     desired = Desired(*(symbols(name, n) for name in Desired._fields))
     normals = symbols("normals", loop.process.normals)
     row = symbols("row", loop.process.rows.shape[1])
     noise = [normals], [row]
-    signals, after = loop.control(state, desired)
-    motion = loop.advance(state.motion, signals["u"], normals, row)
+    deviates = symbols("deviates", sum(loop.streams.values()))
+    signals, drive, after = loop.control(state, desired, deviates)
+    motion = loop.advance(state.motion, drive, normals, row)
     after = after._replace(motion=motion)
     _check_sizes(loop, template, after)
-    results = leaves(after), [signals[name] for name in shapes], [signals["u"]], [bounded(state)]
+    recorded = [signals[name] for name in shapes]
+    results = leaves(after), recorded, leaves(drive), [bounded(state)]
     further = None
     if loop.substeps > 1:
-        u = symbols("u", n)
-        motion = loop.advance(state.motion, u, normals, row)
-        held = [leaves(state.motion), [u], *noise, inputs]
-        further = _function("further", held, [leaves(motion)])
+        held = like(held, iter([_symbol_like(leaf) for leaf in leaves(held)]))
+        motion = loop.advance(state.motion, held, normals, row)
+        arguments = [leaves(state.motion), leaves(held), *noise, inputs]
+        further = _function("further", arguments, [leaves(motion)])
     initial = symbols("initial", loop.process.initial_normals)
     start = leaves(loop.init(desired, initial))
     init = _function("init", [desired, [initial], inputs], [start])
-    again = leaves(loop.controller.init(Measured(state.q, state.v), desired))
-    renewed = _function("renewed", [leaves(state.motion), desired, inputs], [again])
+    again = leaves(loop.controller.init(loop.last_measured(state), desired))
+    renewed = _function("renewed", [leaves(state), desired, inputs], [again])
     renewal = _flat([*leaves(state.motion), *again, *leaves(state[2:])])
     constant = constant_entries(_flat(leaves(state)), _flat(start), _flat(results[0]), renewal)
     columns = [_flat(arrays) for arrays in results]
     columns = ca.substitute(columns, *known_values(_flat(leaves(state)), _flat(start), constant))
-    first = _function("first", [leaves(state), desired, *noise, inputs], columns)
+    first = _function("first", [leaves(state), desired, *noise, [deviates], inputs], columns)
     return TracedLoop(
         init=init,
         first=first,
@@ -226,6 +235,8 @@ def _trace(
         signals=tuple(shapes.items()),
         observer=template.observer,
         substeps=loop.substeps,
+        streams=loop.streams,
+        motion=sum(size(leaf) for leaf in leaves(template.motion)),
         constant=constant,
     )
 

@@ -1,6 +1,6 @@
 """A base that moves and turns: its linear and angular acceleration load the joints."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -12,13 +12,14 @@ from ftcfa.errors import ParameterError
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.vibration.excitation import Process
 from ftcfa.vibration.inputs.noise_input import (
-    AXES,
     NoiseInput,
     StepIntegrals,
     arm_attribute,
     check_axes,
     check_some_axis,
     columns,
+    placed,
+    specific_force,
 )
 
 NOT_TURNED = np.array([1.0, 0.0, 0.0, 0.0])
@@ -96,8 +97,7 @@ class BaseMotion(NoiseInput):
         """
         if not self.angular:
             return super().impulse(arm, q, v, state, integrals, step)
-        chosen = np.eye(3)[:, [AXES.index(axis) for axis in self.angular]]  # (3, angular)
-        Y, omega, U = (chosen @ one[len(self.linear) :] for one in integrals)
+        Y, omega, U = self._turning(integrals)
         turned = _product(state, _rotation(U))
         gravity = arm_attribute(arm, "gravity", "BaseMotion")
         tilt = arm.base_coupling(q)[:, :3] @ (_into_base(turned, gravity) - gravity)
@@ -105,6 +105,22 @@ class BaseMotion(NoiseInput):
         impulse = self.matrix(arm, q) @ integrals.increment + step * (tilt - force)
         t = step * (omega + Y / 2.0)
         return impulse, _product(_product(turned, _rotation(t)), _rotation(-U - t))
+
+    def base_motion(
+        self, arm: Dynamics, state: Any, integrals: StepIntegrals, step: float
+    ) -> Traceable:
+        """See `NoiseInput.base_motion`; the tilt is that at the start of the step."""
+        acceleration = placed(self.linear, integrals.increment[: len(self.linear)]) / step
+        if not self.angular:
+            return specific_force(arm, acceleration)
+        Y, omega, U = self._turning(integrals)
+        gravity = arm_attribute(arm, "gravity", "BaseMotion")
+        felt = acceleration - _into_base(_product(state, _rotation(U)), gravity)
+        return np.concatenate([felt, omega + Y / 2.0])
+
+    def _turning(self, integrals: StepIntegrals) -> Iterator[Traceable]:
+        """Y, omega and U about all three axes, shape (3,) each."""
+        return (placed(self.angular, one[len(self.linear) :]) for one in integrals)
 
 
 def _cross(a: Traceable, b: Traceable) -> Traceable:

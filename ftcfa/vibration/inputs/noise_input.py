@@ -81,6 +81,28 @@ class NoiseInput(Part, ABC):
         """
         return self.matrix(arm, q) @ integrals.increment, state
 
+    def base_motion(
+        self, arm: Dynamics, state: Any, integrals: StepIntegrals, step: float
+    ) -> Traceable:
+        """Mean motion of the base over one step, as an accelerometer at its origin feels it.
+
+        Specific force R^T (a_b - g) [m/s^2], then angular velocity [rad/s], in axes that turn with
+        the base, shape (6,). By default the base is level and at rest.
+
+        Args:
+            arm: The true robot, whose gravity counts.
+            state: State of the input at the start of the step.
+            integrals: Integrals of the excitation.
+            step: h [s].
+        """
+        return specific_force(arm, np.zeros(3))
+
+
+def specific_force(arm: Dynamics, acceleration: Traceable) -> Traceable:
+    """Specific force of a level base, a - g, and no angular velocity, shape (6,)."""
+    gravity = arm_attribute(arm, "gravity", "an accelerometer")
+    return np.concatenate([acceleration - gravity, np.zeros(3)])
+
 
 def noise_input(given: Any) -> NoiseInput:
     """A noise input as it is, or made of an object with ``matrix``; ParameterError if neither."""
@@ -129,6 +151,12 @@ class BaseAcceleration(NoiseInput):
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m) [kg m or kg]."""
         return -arm.base_coupling(q)[:, columns(self.axes)]
+
+    def base_motion(
+        self, arm: Dynamics, state: Any, integrals: StepIntegrals, step: float
+    ) -> Traceable:
+        """See `NoiseInput.base_motion`."""
+        return specific_force(arm, placed(self.axes, integrals.increment) / step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,6 +257,11 @@ def arm_attribute(arm: Dynamics, name: str, subject: str) -> Any:
         got = f"a {type(arm).__name__} without {name}"
         raise ParameterError(f"arm of {subject}", got, "an Arm, such as load_arm gives")
     return getattr(arm, name)
+
+
+def placed(axes: Sequence[str], values: Traceable) -> Traceable:
+    """Values of some axes as a vector of all three, shape (3,)."""
+    return np.eye(3)[:, columns(axes)] @ values
 
 
 def columns(linear: Sequence[str], angular: Sequence[str] = "") -> list[int]:

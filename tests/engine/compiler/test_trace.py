@@ -464,7 +464,7 @@ def test_tracing_gives_the_requested_signals():
     loop = ClosedLoop(load_arm("double_pendulum"), PI(), Sinusoid([0.1, 0.2]), substeps=2)
     traced = trace(loop, ["corner", "energy", "q"])
     assert traced.signals == (("corner", (2, 2)), ("energy", ()), ("q", (2,)))
-    assert (traced.recorded, traced.joints, traced.substeps) == (7, 2, 2)
+    assert (traced.recorded, traced.driven, traced.substeps) == (7, 2, 2)
     assert trace(loop, ["corner", "energy", "q"]) is traced
     assert trace(loop, ["q"]) is not traced
 

@@ -1,0 +1,1 @@
+"""What the robot measures and what its motors can do."""

@@ -1,0 +1,84 @@
+"""Delays of whole integration steps, and the other small blocks that sensors and motors share."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Traceable
+from ftcfa.checks import numbers
+from ftcfa.errors import ParameterError, ShapeError
+
+Line = tuple[Traceable, ...]
+"""The last values of a signal, the newest first: its values one, two, ... steps ago."""
+ROUNDING = 1e-9
+"""Distance from a whole number of steps that is rounding, relative."""
+
+
+def is_known(value: Any) -> bool:
+    """Whether a parameter is a number or an array of numbers: not a symbol of traced code."""
+    return isinstance(value, float | int | np.ndarray | np.generic | list | tuple)
+
+
+def is_off(value: Any, off: float = 0.0) -> bool:
+    """Whether a parameter is known to leave its block out; a symbol is not."""
+    return is_known(value) and bool(np.all(np.asarray(value) == off))
+
+
+def whole_steps(subject: str, times: npt.ArrayLike, step: float) -> None:
+    """Raise ParameterError unless times [s] are whole numbers of steps [s]."""
+    for time in np.ravel(numbers(subject, times)):
+        below = float(np.floor(time / step + ROUNDING))
+        if abs(time / step - round(time / step)) > ROUNDING * max(1.0, float(time) / step):
+            nearest = f"{below * step:.6g} or {(below + 1) * step:.6g} s"
+            got, remedy = f"{time:.6g} s", f"take {nearest}, or other substeps"
+            raise ParameterError(subject, got, f"whole integration steps of {step:.6g} s", remedy)
+
+
+def steps_in(time: float, step: float) -> int:
+    """Number of steps in a time, both in seconds."""
+    return round(time / step)
+
+
+def filled(value: Traceable, time: float, step: float) -> Line:
+    """A line that reaches back a time [s], with the same value everywhere."""
+    return (value,) * steps_in(time, step)
+
+
+def pushed(line: Line, now: Traceable) -> Line:
+    """The line one step later."""
+    return (now, *line)[: len(line)]
+
+
+def delayed(line: Line, now: Traceable, time: Any, step: float) -> Traceable:
+    """The value of a signal some time ago [s], a number or a symbol, rounded to whole steps."""
+    values = (now, *line)
+    if is_known(time):
+        return values[steps_in(time, step)]
+    value = now
+    for age, older in enumerate(line, 1):
+        value = np.where(time > (age - 0.5) * step, older, value)
+    return value
+
+
+def quantised(x: Traceable, resolution: Any) -> Traceable:
+    """The nearest multiple of a resolution, component by component; x where that is zero."""
+    if is_off(resolution):
+        return x
+    size = np.where(resolution > 0, resolution, 1.0)
+    return np.where(resolution > 0, size * np.floor(x / size + 0.5), x)
+
+
+def lag(y: Traceable, x: Traceable, bandwidth: Any, step: float) -> Traceable:
+    """First-order lag y' = w (x - y), w = 2 pi bandwidth [Hz], exact for an x that is held."""
+    if is_off(bandwidth, np.inf):
+        return x
+    kept = np.exp(-2.0 * np.pi * step * bandwidth)
+    return kept * y + (1.0 - kept) * x
+
+
+def check_size(subject: str, values: Any, n: int, field: str) -> None:
+    """Raise ShapeError unless a parameter is one number or one for each of n joints."""
+    if np.shape(values) not in ((), (n,)):
+        got = f"{np.size(values)} numbers"
+        raise ShapeError(f"{subject} {field}", got, f"one number, or one for each of {n} joints")
