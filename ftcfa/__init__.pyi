@@ -21,6 +21,12 @@ from .errors import (
     UrdfError,
 )
 from .experiment import Experiment, load_experiment
+from .hardware.accelerometer import Accelerometer, Gyroscope
+from .hardware.actuators import Actuators
+from .hardware.hardware import Hardware
+from .hardware.profiles import Profile, hardware_profile, profiles
+from .hardware.sensors import Sensors
+from .hardware.velocity import BackwardDifference, Kalman, Levant, ModelObserver
 from .loop.closed_loop import ClosedLoop
 from .loop.references import Constant, MinimumJerk, Sinusoid, Table
 from .model.arm import Arm
@@ -75,7 +81,10 @@ __all__ = [
     "FTCF",
     "PASSENGER_CAR",
     "TRUCK",
+    "Accelerometer",
+    "Actuators",
     "Arm",
+    "BackwardDifference",
     "BaseAcceleration",
     "BaseMotion",
     "Bounds",
@@ -91,19 +100,25 @@ __all__ = [
     "FrameWrench",
     "FtcfaError",
     "Gains",
+    "Gyroscope",
+    "Hardware",
     "Harmonic",
     "ImplicitFilter",
     "InertiaBounds",
     "InertiaSplit",
     "Interrupted",
     "JointTorque",
+    "Kalman",
+    "Levant",
     "LinearFilter",
     "MinimumJerk",
+    "ModelObserver",
     "NoiseInput",
     "PDGravity",
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
+    "Profile",
     "ProperFilter",
     "QuarterCar",
     "RBFNetwork",
@@ -113,6 +128,7 @@ __all__ = [
     "RecordedAcceleration",
     "Road",
     "SecondOrderFilter",
+    "Sensors",
     "ShapeError",
     "ShapedNoise",
     "SineSweep",
@@ -143,12 +159,14 @@ __all__ = [
     "ensemble",
     "estimate_spectrum",
     "fit_filter",
+    "hardware_profile",
     "inertia_bounds",
     "inertia_split",
     "load_arm",
     "load_experiment",
     "number_fields",
     "printed",
+    "profiles",
     "read_record",
     "read_table",
     "realise",

@@ -11,6 +11,9 @@ from typing import Any
 from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
+from ftcfa.hardware.hardware import Hardware
+from ftcfa.hardware.profiles import hardware_profile
+from ftcfa.hardware.velocity import VelocityEstimator
 from ftcfa.loop.references import Reference, Table
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
@@ -41,6 +44,12 @@ NAMES: Mapping[Any, tuple[str, ...]] = {
         "ftcfa.vibration.inputs.noise_input:JointTorque",
         "ftcfa.vibration.inputs.noise_input:PaperPendulumInput",
     ),
+    VelocityEstimator: (
+        "ftcfa.hardware.velocity:BackwardDifference",
+        "ftcfa.hardware.velocity:Kalman",
+        "ftcfa.hardware.velocity:Levant",
+        "ftcfa.hardware.velocity:ModelObserver",
+    ),
     Excitation: (
         "ftcfa.vibration.excitations.white_noise:WhiteNoise",
         "ftcfa.vibration.excitations.shaped_noise:ShapedNoise",
@@ -61,6 +70,7 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
 """The classes that implement each protocol."""
 MAKERS: Mapping[type, Mapping[str, Callable[..., Any]]] = {
     Arm: {"robot": arm_from_source},
+    Hardware: {"profile": hardware_profile},
     Record: {"file": read_record},
     Spectrum: {"g2_per_hz": Spectrum.from_g, "points": spectrum_of_points},
     Standard: {"table": standard_of_table, "file": read_standard},

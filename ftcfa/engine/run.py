@@ -90,6 +90,7 @@ def path_numbers(paths: Any) -> Words:
 def samples_of(loop: ClosedLoop, duration: float) -> int:
     """Number of samples of a run, at 0, period, ... up to and including the duration [s]."""
     not_negative("duration", duration, "s")
+    loop.interface.check_duration(duration)
     samples = round(duration / loop.period) + 1
     remedy = "take a shorter duration or a longer period"
     check_memory("reference at every sample", 8 * 3 * loop.arm.n * samples, remedy)

@@ -62,6 +62,7 @@ class Hardware(Part):
         accelerometer: Accelerometer on the base, or None.
         joints: Number of joints for which it is made, or None for any.
         period: Shortest sampling period that the robot's interface allows [s], or None for any.
+        note: What a user must know of it; a run warns of it.
     """
 
     sensors: Annotated[Sensors, Check(of_type(Sensors, "Sensors(...)"))] = field(
@@ -75,6 +76,7 @@ class Hardware(Part):
     ] = None
     joints: Annotated[int | None, Check(counting)] = None
     period: Annotated[float | None, Check(positive, "s")] = None
+    note: str = ""
 
     def check(self, n: int, period: float, step: float) -> None:
         """Raise an FtcfaError unless the hardware fits n joints, a period and a step [s]."""
@@ -226,10 +228,14 @@ class Ideal:
     """No hardware: the law reads the true motion, and its torque within the limits acts."""
 
     senses_base = False
+    note = ""
 
     def limit(self, arm_limit: Traceable) -> Traceable:
         """The arm's own limits."""
         return arm_limit
+
+    def check_duration(self, duration: float) -> None:
+        """No delay is too long."""
 
     def streams(self, n: int) -> dict[int, int]:
         """No deviates."""

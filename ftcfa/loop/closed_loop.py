@@ -14,6 +14,7 @@ from ftcfa.checks import Check, about, counting_to, having, known_name, positive
 from ftcfa.control.protocol import Controller, Desired, Measured, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, IDEAL, Hardware
+from ftcfa.hardware.profiles import as_hardware
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Posture, Reference, Table
 from ftcfa.loop.state import HALF, LoopState, Motion, Observer, bounded
@@ -67,8 +68,9 @@ class ClosedLoop(Part):
         uncertainty: Distribution from which every path draws its own robot, or None. The nominal
             robot of the controller stays the same.
         observer: Computes results of every path as it runs, or None.
-        hardware: What the robot measures and what its motors can do; without it the controller
-            reads the true motion and its torque acts at once.
+        hardware: What the robot measures and what its motors can do, or the name of a profile, such
+            as ``"fr3"``; without it the controller reads the true motion and its torque acts at
+            once.
     """
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
@@ -86,9 +88,7 @@ class ClosedLoop(Part):
         None
     )
     observer: Observer | None = None
-    hardware: Annotated[
-        Hardware | None, Check(having("sensors", "Hardware(...), a profile, or None"))
-    ] = None
+    hardware: Annotated[Hardware | str | None, Check(as_hardware)] = None
 
     varies: ClassVar[Parameters] = number_fields("q0", "v0")
 
@@ -113,7 +113,9 @@ class ClosedLoop(Part):
             _ = self.process  # checks that the excitation goes with the step
         if self.hardware is not None:
             with about("hardware"):
-                self.hardware.check(n, self.period, self.step_length)
+                hardware = as_hardware("ClosedLoop hardware", self.hardware)
+                hardware.check(n, self.period, self.step_length)
+            object.__setattr__(self, "hardware", hardware)
 
     @property
     def interface(self) -> Any:

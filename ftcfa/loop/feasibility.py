@@ -53,6 +53,7 @@ def doubts(loop: ClosedLoop, duration: float) -> list[str]:
         ),
         _far(loop, start[0], desired.q[0], bounds.error),
         _weak(loop, gravity, times[few]),
+        loop.interface.note,
     ]  # fmt: skip
     return [doubt for doubt in found if doubt]
 

@@ -5,6 +5,9 @@ import numpy as np
 from ftcfa import (
     FTCF,
     TRUCK,
+    Accelerometer,
+    Actuators,
+    BackwardDifference,
     BaseAcceleration,
     BaseMotion,
     ClosedLoop,
@@ -15,11 +18,16 @@ from ftcfa import (
     FiniteTimeBackstepping,
     FrameWrench,
     Gains,
+    Gyroscope,
+    Hardware,
     Harmonic,
     ImplicitFilter,
     JointTorque,
+    Kalman,
+    Levant,
     LinearFilter,
     MinimumJerk,
+    ModelObserver,
     PaperPendulum,
     PaperPendulumInput,
     PDGravity,
@@ -30,6 +38,7 @@ from ftcfa import (
     RecordedAcceleration,
     Road,
     SecondOrderFilter,
+    Sensors,
     ShapedNoise,
     SineSweep,
     Sinusoid,
@@ -162,6 +171,25 @@ LOOPS = {
     "sum": lambda: loop(
         excitation=Superposition((WhiteNoise(THIRD), Harmonic(1.0, 10.0))), axes="x"
     ),
+    "hardware by name": lambda: loop(hardware="ideal"),
+    "hardware": lambda: loop(
+        hardware=Hardware(
+            Sensors(
+                THIRD * 1e-5, [1e-6, THIRD * 1e-6], THIRD * 1e-3, Levant(10.0 * THIRD), dropped=0.1
+            ),
+            Actuators(
+                [100.0 * THIRD, 50.0], 0.01, delay=1e-3, bandwidth=[np.inf, 90.0], ripple=0.1
+            ),
+            Accelerometer(6, 1e-3, THIRD, 90.0, 200.0, 1e-3, 2e-3, 500.0, Gyroscope(1e-4)),
+            note="made up",
+        ),
+        excitation=WhiteNoise(THIRD),
+    ),
+    "difference of positions": lambda: loop(
+        hardware=Hardware(Sensors(velocity=BackwardDifference(10.0 * THIRD)))
+    ),
+    "observer": lambda: loop(hardware=Hardware(Sensors(velocity=ModelObserver(ARM, THIRD)))),
+    "Kalman filter": lambda: loop(hardware=Hardware(Sensors(velocity=Kalman(ARM, THIRD)))),
     "stack": lambda: loop(excitation=Stacked((WhiteNoise(THIRD), RECORD_OF_ONE), (1, 1))),
 }
 RECORD_OF_ONE = RecordedAcceleration(Record(0.002, RNG.standard_normal((60, 1))))

@@ -97,6 +97,7 @@ def test_every_public_part_can_be_written():
         "FilterFit",
         "InertiaBounds",
         "InertiaSplit",
+        "Profile",
         "RealisedStandard",
         "SpectrumEstimate",
         "Verification",

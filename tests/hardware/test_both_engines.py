@@ -1,0 +1,112 @@
+"""Hardware on both engines: the same numbers, the same bits in any company, nothing when off."""
+
+import numpy as np
+import pytest
+
+from ftcfa import (
+    CONTROLLERS,
+    BackwardDifference,
+    Constant,
+    Hardware,
+    Kalman,
+    Levant,
+    ModelObserver,
+    Sensors,
+    ensemble,
+    load_arm,
+    replay,
+    simulate,
+    simulate_paths,
+)
+
+from .loops import ARM, EVERYTHING, loop
+
+AGREEMENT = 1e-9
+ESTIMATORS = {
+    "difference": BackwardDifference(50.0),
+    "Levant": Levant(),
+    "model": ModelObserver(ARM),
+    "Kalman": Kalman(ARM),
+}
+
+
+def agree(one, other):
+    for name in one.data_vars:
+        np.testing.assert_allclose(one[name], other[name], rtol=0, atol=AGREEMENT, err_msg=name)
+
+
+@pytest.mark.parametrize("law", CONTROLLERS)
+def test_everything_on(law):
+    it = loop(EVERYTHING, substeps=2, controller=CONTROLLERS[law](ARM))
+    compiled = simulate(it, 0.2, signals="all")
+    assert compiled.attrs["engine"] == "compiled"
+    agree(compiled, simulate(it, 0.2, signals="all", engine="interpreted"))
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_estimators(name):
+    sensors = Sensors(resolution=1e-4, noise=1e-4, velocity=ESTIMATORS[name])
+    it = loop(Hardware(sensors, EVERYTHING.actuators), substeps=2)
+    compiled = simulate(it, 0.2, signals="all")
+    agree(compiled, simulate(it, 0.2, signals="all", engine="interpreted"))
+
+
+@pytest.mark.parametrize("substeps", [1, 2])
+def test_ideal_hardware_changes_no_bit(substeps):
+    without, with_it = (
+        simulate(loop(hardware, substeps=substeps), 0.3) for hardware in (None, "ideal")
+    )
+    for name in without.data_vars:
+        np.testing.assert_array_equal(without[name], with_it[name])
+
+
+def test_a_path_has_the_same_bits_in_any_company():
+    it = loop(EVERYTHING, substeps=2)
+    many = simulate_paths(it, 20, 0.1, signals="all", threads=2)
+    alone = simulate(it, 0.1, path=13, signals="all")
+    for name in alone.data_vars:
+        np.testing.assert_array_equal(alone[name], many.isel(path=13)[name])
+    other = simulate(it, 0.1, path=14, signals="all")
+    assert not np.array_equal(other.q_measured, alone.q_measured)
+
+
+def test_blocks_have_streams_of_their_own():
+    noisy = Hardware(Sensors(noise=1e-3))
+    more = Hardware(Sensors(noise=1e-3), accelerometer=EVERYTHING.accelerometer)
+    one, other = (simulate(loop(it, substeps=2), 0.1, signals="all") for it in (noisy, more))
+    np.testing.assert_array_equal(one.q_measured, other.q_measured)
+
+
+def test_parameters_that_vary():
+    paths = 4
+    vary = {
+        "hardware.sensors.noise": np.linspace(0, 1e-3, paths),
+        "hardware.sensors.dropped": np.linspace(0, 0.3, paths),
+        "hardware.sensors.resolution": np.linspace(0, 1e-3, paths),
+        "hardware.actuators.rate_limit": np.linspace(100, 1e4, 2 * paths).reshape(paths, 2),
+        "hardware.actuators.delay": np.array([0, 5e-4, 1e-3, 1.5e-3]),
+        "hardware.accelerometer.delay": np.array([2e-3, 0, 1e-3, 1.5e-3]),
+        "hardware.accelerometer.gyroscope.noise_density": np.linspace(0, 1e-2, paths),
+    }
+    it, options = loop(EVERYTHING, substeps=2), {"vary": vary, "signals": "all"}
+    compiled = simulate_paths(it, paths, 0.1, **options)
+    agree(compiled, simulate_paths(it, paths, 0.1, engine="interpreted", **options))
+
+
+def test_a_profile_in_an_ensemble_and_its_replay():
+    arm = load_arm("panda")
+    it = loop("fr3", arm, reference=Constant(arm.home), vibration=None)
+    runs = ensemble(it, 5, 0.1)
+    again = replay(runs, 3)
+    assert again.attrs["engine"] == "compiled"
+    assert "u_driven" in again
+
+
+@pytest.mark.parametrize("paths", [1, 9])
+def test_a_path_diverges_by_its_true_state(paths):
+    wild = Hardware(Sensors(offset=1e6))
+    found = simulate_paths(loop(wild), paths, 0.2)
+    at = np.asarray(found.diverged_at)
+    first = np.asarray(found.q)[:, 0]
+    assert np.all(np.isfinite(first))
+    assert np.all(np.isnan(at) | (at > 0))
