@@ -2,7 +2,7 @@
 
     python scripts/bench [QUESTION ...] [--quick] [--threads N] [--json FILE]
 
-A question a module: `arms`, `pendulum`, `paths`, `ensemble`; all of them by default.
+A question a module: `arms`, `pendulum`, `paths`, `ensemble`, `hardware`; all of them by default.
 
 The unit is microseconds per path-step: one sample of one path of the whole closed loop (plant,
 noise, controller, filter, adaptation), 1 ms long, one integration step. Contenders take turns and
@@ -22,6 +22,7 @@ from pathlib import Path
 
 import arms
 import ensemble
+import hardware
 import paths
 import pendulum
 from machine import machine, print_machine
@@ -31,7 +32,13 @@ from timing import Effort, Record
 
 from ftcfa.engine.compiled import usable_cores
 
-QUESTIONS = {"arms": arms, "pendulum": pendulum, "paths": paths, "ensemble": ensemble}
+QUESTIONS = {
+    "arms": arms,
+    "pendulum": pendulum,
+    "paths": paths,
+    "ensemble": ensemble,
+    "hardware": hardware,
+}
 
 
 def main() -> None:
