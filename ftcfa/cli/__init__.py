@@ -27,6 +27,7 @@ COMMANDS = (
     "ftcfa.cli.commands.inspect:inspect",
     "ftcfa.cli.commands.reproduce:reproduce",
     "ftcfa.cli.commands.vibration:vibration",
+    "ftcfa.cli.commands.hardware:hardware",
     "ftcfa.cli.commands.run:run",
     "ftcfa.cli.commands.verify:verify",
     "ftcfa.cli.commands.compare:compare",

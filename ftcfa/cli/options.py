@@ -1,5 +1,6 @@
 """Arguments and options of several commands, and what is made of the options that were given."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -40,6 +41,11 @@ Threads = Annotated[
     int | None,
     typer.Option(help="Number of threads. Without it: one for each core.", callback=_check_threads),
 ]
+HARDWARE = (
+    "Profile of the robot's sensors and motors, such as fr3; `ftcfa hardware` lists them. "
+    "Overrides the file."
+)
+Hardware = Annotated[str | None, typer.Option(metavar="PROFILE", help=HARDWARE)]
 FOLDER = "Folder for the figure and summary.json. Without it: nothing is written."
 FigureFolder = Annotated[Path | None, typer.Option(metavar="DIR", help=FOLDER, callback=local)]
 JSON = "Print one JSON object and nothing else. Without it: print a table."
@@ -59,3 +65,10 @@ def experiment_of(file: Path | None) -> "Experiment":
     if file is not None:
         return load_experiment(file)
     return Experiment(closed_loop(FINITE_TIME), duration=10.0, paths=1000)
+
+
+def with_hardware(experiment: "Experiment", profile: str | None) -> "Experiment":
+    """The experiment with the hardware of a profile; as it is, if none is given."""
+    if profile is None:
+        return experiment
+    return replace(experiment, loop=replace(experiment.loop, hardware=profile))

@@ -24,6 +24,7 @@ NO_GRAVITY = np.zeros(3)
 HARDWARE_QUANTITIES: Mapping[str, Quantity] = {
     "q_measured": Quantity("rad", "position that the sensors show"),
     "v_measured": Quantity("rad/s", "velocity that the sensors show, or its estimate"),
+    "rate_limited": Quantity("1", "1 where the driver limits the rate of the torque, else 0"),
     "u_driven": Quantity("N m", "torque that the driver asks of the motors"),
     "base_measured": Quantity("", "specific force [m/s^2] and rates [rad/s] of the base"),
 }
@@ -187,9 +188,13 @@ class Hardware(Part):
         drive, torque = self.actuators.drive(memory.torque, wanted, own, period)
         return drive, memory._replace(torque=torque)
 
-    def signals(self, memory: HardwareMemory, drive: Drive) -> dict[str, Traceable]:
+    def signals(
+        self, memory: HardwareMemory, wanted: Traceable, drive: Drive
+    ) -> dict[str, Traceable]:
         """The signals of a sample: see HARDWARE_QUANTITIES."""
+        limited = np.where(np.abs(memory.torque - wanted) > 0.0, 1.0, 0.0)
         shown = {"q_measured": memory.sensors.q, "v_measured": memory.sensors.v}
+        shown |= {"rate_limited": limited}
         base = {} if self.accelerometer is None else {"base_measured": memory.base.reading}
         return {**shown, "u_driven": drive.torque, **base}
 
@@ -257,7 +262,7 @@ class Ideal:
         """The command itself."""
         return wanted, memory
 
-    def signals(self, memory: Any, drive: Traceable) -> dict[str, Traceable]:
+    def signals(self, memory: Any, *_: Any) -> dict[str, Traceable]:
         """No signals of its own."""
         return {}
 

@@ -37,6 +37,7 @@ LOOP_QUANTITIES: Mapping[str, Quantity] = {
     "v": Quantity("rad/s", "velocity"),
     "u": Quantity("N m", "torque that acts, within the effort limits"),
     "u_command": Quantity("N m", "torque that the controller commands"),
+    "u_wanted": Quantity("N m", "the same within the effort limits"),
 }
 """Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
 MOST_SUBSTEPS = 1_000_000
@@ -213,8 +214,9 @@ class ClosedLoop(Part):
         wanted = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
         drive, memory = hardware.drive(memory, wanted, deviates, self.period)
         u, _ = hardware.acting(state.motion.hardware, drive, limit, self.step_length)
-        motion = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command}
-        signals = {**signals, **motion, **hardware.signals(memory, drive)}
+        motion = {"q": q, "q_d": desired.q, "v": v}
+        torques = {"u": u, "u_command": command, "u_wanted": wanted}
+        signals = {**signals, **motion, **torques, **hardware.signals(memory, wanted, drive)}
         observer = state.observer
         if self.observer is not None:
             observer = self.observer.step(observer, signals, self.period)

@@ -64,6 +64,12 @@ def _advice(loop: ClosedLoop, dataset: xr.Dataset, joint: int, saturated: float)
             f"gravity on the reference needs {gravity:.3g} of {limit:.3g} {unit} at joint "
             f"'{name}'; give it more torque or another reference"
         )
+    limited = float(np.nanmedian(dataset["rate_limited"].values[:, joint]))
+    if limited > OFTEN:
+        return (
+            f"the driver limits the rate of the torque there in {100 * limited:.0f} % of the "
+            "samples; try smaller gains or a feed-forward of less bandwidth"
+        )
     if saturated > OFTEN:
         more = "try a start nearer to the reference, a smaller c1 or more torque"
         hint = _anti_saturation(loop)

@@ -60,7 +60,7 @@ def no_events(n: int) -> Events:
 def step(bounds: Bounds, state: Events, signals: Signals, number: Traceable) -> Events:
     """The state after a sample; ``number`` is that of the sample, from 1, shape (1,)."""
     q, v = signals["q"], signals["v"]
-    excess = np.max(np.abs(signals["u_command"]) - np.abs(signals["u"]))
+    excess = np.max(np.abs(signals["u_command"]) - np.abs(signals["u_wanted"]))
     saturated = state.saturated + np.where(excess > 0.0, 1.0, 0.0)
     near = np.abs(q - signals["q_d"]) <= bounds.error
     inside = np.logical_and(q >= bounds.lower, q <= bounds.upper)

@@ -14,6 +14,8 @@ from ftcfa.study import outcomes
 from ftcfa.study.metrics.metric import Sample, Totals
 from ftcfa.study.metrics.table import METRICS
 
+FAST = 20.0
+"""Corner of the high-pass for torques, above the bandwidth of every law's nominal loop [Hz]."""
 ROUNDING = 1e-12
 """Rounding of a time over the period, relative."""
 
@@ -29,6 +31,10 @@ class Counts(NamedTuple):
     """Tracking error at the first sample, shape (n,) [rad or m]."""
     torque: Traceable
     """Torque at the last sample, shape (n,) [N m or N]."""
+    wanted: Traceable
+    """Command within the limits at the last sample, shape (n,) [N m or N]."""
+    fast_torque: Traceable
+    """Torque behind a high-pass, shape (n,) [N m or N]."""
     metrics: tuple[Traceable, ...]
     """Counter of each metric, shape (1,) or (n,)."""
     events: outcomes.Events
@@ -54,11 +60,14 @@ class PathMetrics(Part):
         """Counters before the first sample."""
         counters = tuple(np.full(n if m.per_joint else 1, m.start) for m in METRICS.values())
         events = outcomes.no_events(n)
-        return Counts(np.zeros(1), np.zeros(1), np.zeros(n), np.zeros(n), counters, events)
+        none, still = np.zeros(1), np.zeros(n)
+        return Counts(none, none, still, still, still, still, counters, events)
 
     def step(self, state: Counts, signals: Signals, period: float) -> Counts:
         """Count one sample."""
-        error, u = signals["q"] - signals["q_d"], signals["u"]
+        error, u, wanted = signals["q"] - signals["q_d"], signals["u"], signals["u_wanted"]
+        change = np.where(state.samples > 0, u - state.torque, 0.0)
+        fast = np.exp(-2.0 * np.pi * FAST * period) * (state.fast_torque + change)
         squared_error = np.reshape(error @ error, (1,))
         inside = squared_error <= self.tolerance**2
         sample = Sample(
@@ -67,7 +76,9 @@ class PathMetrics(Part):
             error=error,
             first_error=np.where(state.samples > 0, state.first_error, error),
             squared_error=squared_error,
-            change=np.where(state.samples > 0, np.abs(u - state.torque), 0.0),
+            change=np.abs(change),
+            wanted_change=np.where(state.samples > 0, np.abs(wanted - state.wanted), 0.0),
+            fast_torque=fast,
             inside=inside,
             settled=np.where(inside, state.settled + 1.0, 0.0),
             late=state.samples * period >= self.after * (1 - ROUNDING),
@@ -75,7 +86,9 @@ class PathMetrics(Part):
         counters = zip(METRICS.values(), state.metrics, strict=True)
         metrics = tuple(metric.step(counter, sample) for metric, counter in counters)
         events = outcomes.step(self.bounds, state.events, signals, sample.number)
-        return Counts(sample.number, sample.settled, sample.first_error, u, metrics, events)
+        return Counts(
+            sample.number, sample.settled, sample.first_error, u, wanted, fast, metrics, events
+        )
 
     def results(self, counts: Counts, period: float) -> dict[str, Array]:
         """The metrics of many paths.

@@ -198,7 +198,7 @@ def test_recording_less_leaves_samples_out_and_changes_none(loop, engine, every)
 
 def test_signals_on_request(loop, engine):
     everything = simulate(loop, 0.01, signals="all", engine=engine)
-    assert set(everything.data_vars) == ALWAYS | FTCF_SIGNALS | {"u_command"}
+    assert set(everything.data_vars) == ALWAYS | FTCF_SIGNALS | {"u_command", "u_wanted"}
     some = simulate(loop, 0.01, signals=["rho", "theta", "q"], engine=engine)
     assert set(some.data_vars) == ALWAYS | {"rho", "theta"}
     assert set(simulate(loop, 0.01, signals="rho", engine=engine).data_vars) == ALWAYS | {"rho"}

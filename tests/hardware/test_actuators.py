@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from ftcfa import Actuators, Hardware
+from ftcfa import Actuators, Hardware, ensemble, simulate_paths
 
-from .loops import ARM, signals
+from .loops import ARM, loop, signals
 from .test_sensors import ERROR_RATE, EXACT
 
 H = 1e-3
@@ -87,3 +87,19 @@ def test_before_the_first_sample_the_motors_hold_the_arm():
     it = signals(Hardware(actuators=Actuators(delay=2e-3)), q0=q0, vibration=None, duration=0.01)
     np.testing.assert_allclose(it["u"][0], ARM.potential_force(q0), atol=EXACT)
     np.testing.assert_allclose(it["q"][2], q0, atol=1e-9)  # it has not moved
+
+
+def test_metrics_of_the_limits():
+    """The shares and rates of an ensemble against the signals of its paths."""
+    it = loop(Hardware(actuators=Actuators(rate_limit=[300.0, 100.0])))
+    runs = ensemble(it, 3, 0.5)
+    paths = simulate_paths(it, 3, 0.5, signals="all")
+    wanted = np.clip(paths.u_command, -LIMIT, LIMIT)
+    acting = (np.abs(paths.u_driven - wanted) > 0).mean("time")
+    np.testing.assert_allclose(runs.rate_limited, acting, atol=EXACT)
+    assert 0.05 < float(acting[:, 0].mean()) < 0.95
+    rate = np.sqrt((wanted.diff("time") ** 2).mean("time")) / H
+    np.testing.assert_allclose(runs.rms_wanted_rate, rate, rtol=1e-9)
+    assert np.all(runs.peak_torque_rate <= np.array([300.0, 100.0]) * (1 + 1e-9))
+    beyond = (np.abs(paths.u_command) > LIMIT).any("joint").mean("time")
+    np.testing.assert_allclose(runs.saturated, beyond, atol=EXACT)

@@ -37,7 +37,7 @@ def observed(samples, seed=0):
     observer, rng = PathMetrics(1.0, after=2 * PERIOD), np.random.default_rng(seed)
     counts = observer.init(JOINTS)
     for _ in range(samples):
-        names = ("q", "q_d", "v", "u", "u_command")
+        names = ("q", "q_d", "v", "u", "u_command", "u_wanted")
         signals = {name: rng.standard_normal(JOINTS) for name in names}
         counts = observer.step(counts, signals, PERIOD)
     return observer, counts

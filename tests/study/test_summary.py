@@ -141,6 +141,14 @@ def test_settling_and_errors_since_by_their_definition(dataset, record):
         assert float(found.peak_error) == pytest.approx(ote[first:].max())
 
 
+def above_20_hz(u, h):
+    """Torques behind the first-order high-pass y' = u' - 2 pi 20 Hz y, changes at the samples."""
+    kept = np.exp(-2 * np.pi * 20.0 * h)
+    changes = u.diff("time").pad(time=(1, 0), constant_values=0.0)
+    values = signal.lfilter([kept], [1.0, -kept], changes.values, axis=u.get_axis_num("time"))
+    return u.copy(data=values)
+
+
 def test_other_metrics_by_their_definition(dataset, record):
     h = 1e-3
     error, u, v = ((record.q - record.q_d), record.u, record.v)
@@ -157,6 +165,9 @@ def test_other_metrics_by_their_definition(dataset, record):
         "rms_torque": np.sqrt((u**2).mean("time")),
         "peak_torque_rate": np.abs(change).max("time") / h,
         "rms_torque_rate": np.sqrt((change**2).mean("time")) / h,
+        "rms_wanted_rate": np.sqrt((change**2).mean("time")) / h,  # ideal motors
+        "rate_limited": 0.0 * u.isel(time=0),
+        "oscillation": np.sqrt((above_20_hz(u, h) ** 2).mean("time")),
         "energy": np.abs(u * v).sum(("time", "joint")) * h,
     }
     for name, values in expected.items():

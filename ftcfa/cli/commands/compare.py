@@ -10,11 +10,13 @@ from ftcfa.cli.options import (
     AsJson,
     Duration,
     FigureFolder,
+    Hardware,
     OptionalExperimentFile,
     Paths,
     Threads,
     experiment_of,
     given,
+    with_hardware,
 )
 from ftcfa.cli.progress import progress_of_paths
 
@@ -32,6 +34,7 @@ def compare(
     controller: Annotated[list[str] | None, typer.Option(metavar="LAW", help=LAWS)] = None,
     paths: Paths = None,
     duration: Duration = None,
+    hardware: Hardware = None,
     out: FigureFolder = None,
     threads: Threads = None,
     as_json: AsJson = False,
@@ -39,6 +42,8 @@ def compare(
     """Compare a loop with others under the same noise: means, and paired differences.
 
     Example: ftcfa compare truck.toml --controller FTCF --controller ComputedTorque
+
+    Example: ftcfa compare truck.toml --hardware fr3
     """
     from ftcfa.errors import ParameterError
     from ftcfa.files import make_folder
@@ -48,7 +53,8 @@ def compare(
     from ftcfa.study import comparison, variants
 
     options = given(paths=paths, duration=duration)
-    chosen = replace(experiment_of(experiment), specification=None, **options)
+    loaded = replace(experiment_of(experiment), specification=None, **options)
+    chosen = with_hardware(loaded, hardware)
     if out is not None:
         make_folder(out)
     if controller and against != "rivals":

@@ -8,7 +8,17 @@ import typer
 
 from ftcfa.cli.cluster import cluster
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Paths, Threads, given, local
+from ftcfa.cli.options import (
+    AsJson,
+    Duration,
+    ExperimentFile,
+    Hardware,
+    Paths,
+    Threads,
+    given,
+    local,
+    with_hardware,
+)
 from ftcfa.cli.progress import progress_of_paths
 
 STORE = "ensemble.zarr"
@@ -25,6 +35,7 @@ def run(
     paths: Paths = None,
     duration: Duration = None,
     threads: Threads = None,
+    hardware: Hardware = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help=SCHEDULER)
     ] = None,
@@ -44,7 +55,8 @@ def run(
     from ftcfa.study.progress import Interrupted
 
     options = given(paths=paths, duration=duration)
-    chosen = replace(load_experiment(experiment), specification=None, **options)
+    loaded = replace(load_experiment(experiment), specification=None, **options)
+    chosen = with_hardware(loaded, hardware)
     make_folder(out)
     interruption = None
     with cluster(scheduler) as client, progress_of_paths() as report:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, ExperimentFile, Threads, given
+from ftcfa.cli.options import AsJson, ExperimentFile, Hardware, Threads, given, with_hardware
 from ftcfa.cli.progress import progress_of_paths
 
 EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
@@ -32,6 +32,7 @@ def verify(
     share: Annotated[float | None, typer.Option(help=SHARE)] = None,
     confidence: Annotated[float | None, typer.Option(help=CONFIDENCE)] = None,
     budget: Annotated[int | None, typer.Option(help=BUDGET)] = None,
+    hardware: Hardware = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
@@ -39,7 +40,7 @@ def verify(
 
     Exit status 0: yes, 1: no, 3: undecided within the budget of paths.
 
-    Example: ftcfa verify truck.toml --error 0.05 --within 1
+    Example: ftcfa verify truck.toml --error 0.05 --within 1 --hardware fr3
     """
     from ftcfa.experiment import load_experiment
     from ftcfa.report.verification import print_verification, verification_record
@@ -49,6 +50,7 @@ def verify(
         error=error, within=within, effort=effort, torque_rate=torque_rate, share=share,
         confidence=confidence, budget=budget,
     )  # fmt: skip
+    loaded = with_hardware(loaded, hardware)
     chosen = replace(loaded, specification=_specification(loaded.specification, options))
     with progress_of_paths() as report:
         verification = chosen.verify(threads=threads, progress=report)

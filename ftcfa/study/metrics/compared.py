@@ -41,6 +41,11 @@ def _over_limit(name: str) -> Callable[[xr.Dataset, Array], Array]:
     return lambda run, limit: np.sqrt(np.mean((run[name].values / limit) ** 2, axis=1))
 
 
+def _worst(name: str) -> Callable[[xr.Dataset, Array], Array]:
+    """The largest of the joints."""
+    return lambda run, _: run[name].values.max(axis=1)
+
+
 def _settling_time(run: xr.Dataset, _: Array) -> Array:
     return np.minimum(run["settling_time"].values, run.attrs["duration"])
 
@@ -82,6 +87,18 @@ COMPARED: dict[str, ComparedMetric] = {
         "rms torque rate over the torque limit, rms over the joints",
         _over_limit("rms_torque_rate"),
         "rate",
+    ),
+    "rms_torque_rate": ComparedMetric(
+        "N m/s", "rms torque rate of the joint where it is largest", _worst("rms_torque_rate")
+    ),
+    "rate_limited": ComparedMetric(
+        "1",
+        "share of samples at which the driver limits the rate, of the joint where it is largest",
+        _worst("rate_limited"),
+        "limited",
+    ),
+    "oscillation": ComparedMetric(
+        "N m", "rms torque above 20 Hz of the joint where it is largest", _worst("oscillation")
     ),
     "saturated": ComparedMetric(
         "1", METRICS["saturated"].meaning, _unchanged("saturated"), "satur."

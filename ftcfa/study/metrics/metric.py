@@ -29,6 +29,10 @@ class Sample(NamedTuple):
     """Squared overall tracking error |q - q_d|^2, shape (1,) [rad^2 or m^2]."""
     change: Traceable
     """Size of the change of u since the sample before, 0 at the first, shape (n,) [N m or N]."""
+    wanted_change: Traceable
+    """Size of the change of the command within the limits, shape (n,) [N m or N]."""
+    fast_torque: Traceable
+    """u behind a high-pass, 0 at the first sample, shape (n,) [N m or N]."""
     inside: Condition
     """Whether the overall tracking error is within the tolerance, shape (1,)."""
     settled: Traceable

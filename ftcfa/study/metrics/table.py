@@ -16,6 +16,9 @@ NAMES = {
     "peak_torque": "ftcfa.study.metrics.torques:PEAK_TORQUE",
     "rms_torque_rate": "ftcfa.study.metrics.torques:RMS_TORQUE_RATE",
     "peak_torque_rate": "ftcfa.study.metrics.torques:PEAK_TORQUE_RATE",
+    "rms_wanted_rate": "ftcfa.study.metrics.torques:RMS_WANTED_RATE",
+    "rate_limited": "ftcfa.study.metrics.torques:RATE_LIMITED",
+    "oscillation": "ftcfa.study.metrics.torques:OSCILLATION",
     "energy": "ftcfa.study.metrics.torques:ENERGY",
 }
 """Name of the Dataset variable of each metric, and the metric as ``module:name``."""

@@ -8,7 +8,7 @@ from ftcfa.study.metrics.metric import Metric, Sample
 
 def _beyond_limit(sample: Sample) -> Traceable:
     """1.0 where the controller requests more than its limit of some joint, else 0.0."""
-    excess = np.max(np.abs(sample.signals["u_command"]) - np.abs(sample.signals["u"]))
+    excess = np.max(np.abs(sample.signals["u_command"]) - np.abs(sample.signals["u_wanted"]))
     return np.where(excess > 0.0, 1.0, 0.0)
 
 
@@ -56,6 +56,32 @@ PEAK_TORQUE_RATE = Metric(
     meaning="largest change of the torque from sample to sample, over the period",
     step=lambda peak, sample: np.maximum(peak, sample.change),
     result=lambda peak, totals: peak / totals.period,
+    per_joint=True,
+)
+RMS_WANTED_RATE = Metric(
+    label="rms wanted rate",
+    unit="N m/s",
+    meaning="rms of the changes of the command within the limits, over the period",
+    step=lambda total, sample: total + sample.wanted_change**2,
+    result=lambda total, totals: (
+        np.sqrt(total / np.maximum(totals.samples - 1.0, 1.0)) / totals.period
+    ),
+    per_joint=True,
+)
+RATE_LIMITED = Metric(
+    label="rate-limited share",
+    unit="1",
+    meaning="share of samples at which the driver limits the rate of the torque",
+    step=lambda count, sample: count + sample.signals.get("rate_limited", 0.0 * sample.error),
+    result=lambda count, totals: count / totals.samples,
+    per_joint=True,
+)
+OSCILLATION = Metric(
+    label="rms torque above 20 Hz",
+    unit="N m",
+    meaning="rms of the torque behind a first-order high-pass of 20 Hz",
+    step=lambda total, sample: total + sample.fast_torque**2,
+    result=lambda total, totals: np.sqrt(total / totals.samples),
     per_joint=True,
 )
 ENERGY = Metric(
