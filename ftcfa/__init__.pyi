@@ -1,5 +1,6 @@
 from .control.command_filtered import CommandFilteredBackstepping
 from .control.computed_torque import ComputedTorque
+from .control.feed_forward import FeedForward, Predictor
 from .control.filters import ExplicitFilter, ImplicitFilter, ProperFilter, SecondOrderFilter
 from .control.finite_time_backstepping import FiniteTimeBackstepping
 from .control.ftcf import FTCF
@@ -27,7 +28,9 @@ from .hardware.hardware import Hardware
 from .hardware.profiles import Profile, hardware_profile, profiles
 from .hardware.sensors import Sensors
 from .hardware.velocity import BackwardDifference, Kalman, Levant, ModelObserver
+from .loop.base_predictor import base_predictor
 from .loop.closed_loop import ClosedLoop
+from .loop.feed_forward import FeedForwardBand, feed_forward_band, with_feed_forward
 from .loop.references import Constant, MinimumJerk, Sinusoid, Table
 from .model.arm import Arm
 from .model.pendulum import PaperPendulum
@@ -95,6 +98,8 @@ __all__ = [
     "Experiment",
     "ExperimentError",
     "ExplicitFilter",
+    "FeedForward",
+    "FeedForwardBand",
     "FilterFit",
     "FiniteTimeBackstepping",
     "FrameWrench",
@@ -118,6 +123,7 @@ __all__ = [
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
+    "Predictor",
     "Profile",
     "ProperFilter",
     "QuarterCar",
@@ -153,11 +159,13 @@ __all__ = [
     "__version__",
     "ablated",
     "ablations",
+    "base_predictor",
     "bounds",
     "compare",
     "conditions",
     "ensemble",
     "estimate_spectrum",
+    "feed_forward_band",
     "fit_filter",
     "hardware_profile",
     "inertia_bounds",
@@ -180,4 +188,5 @@ __all__ = [
     "standard",
     "standards",
     "verify",
+    "with_feed_forward",
 ]

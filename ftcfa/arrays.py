@@ -43,3 +43,13 @@ def _solve_ldl(A: Traceable, b: Traceable) -> Traceable:
     for i in reversed(range(n)):
         x[i] = x[i] / D[i] - sum(L[k][i] * x[k] for k in range(i + 1, n))
     return np.stack(x)
+
+
+def is_known(value: Any) -> bool:
+    """Whether a parameter is a number or an array of numbers: not a symbol of traced code."""
+    return isinstance(value, float | int | np.ndarray | np.generic | list | tuple)
+
+
+def is_off(value: Any, off: float = 0.0) -> bool:
+    """Whether a parameter is known to leave its block out; a symbol is not."""
+    return is_known(value) and bool(np.all(np.asarray(value) == off))

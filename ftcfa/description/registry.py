@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pkgutil import resolve_name
 from typing import Any
 
+from ftcfa.control.feed_forward import FeedForward
 from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
@@ -63,7 +64,7 @@ NAMES: Mapping[Any, tuple[str, ...]] = {
 }
 """The parts that implement each protocol, ``module:class``; a new part is one more line."""
 PARTS: Mapping[Any, tuple[type, ...]] = {
-    Controller: LAWS,
+    Controller: (*LAWS, FeedForward),
     CommandFilter: tuple(FILTERS.values()),
     **{protocol: tuple(map(resolve_name, names)) for protocol, names in NAMES.items()},
 }

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array, Traceable
+from ftcfa.arrays import Array, Traceable, is_off
 from ftcfa.checks import (
     Check,
     finite_numbers,
@@ -14,9 +14,10 @@ from ftcfa.checks import (
     positive,
     positive_or_infinite,
 )
+from ftcfa.control.low_pass import low_pass
 from ftcfa.control.protocol import BaseReading
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, delayed, filled, is_off, lag, pushed, steps_in, whole_steps
+from ftcfa.hardware.delay import Line, delayed, filled, pushed, steps_in, whole_steps
 from ftcfa.hardware.sensors import Joints, time_within, with_largest
 from ftcfa.parts import Parameters, Part, checked_field, number_fields
 
@@ -139,7 +140,7 @@ class Accelerometer(Part):
 
     def pushed(self, state: BaseLine, motion: Traceable, step: float) -> BaseLine:
         """The line after an integration step with a mean motion of the base, shape (6,)."""
-        filtered = lag(state.filtered, motion[: self.axes], self.bandwidth, step)
+        filtered = low_pass(state.filtered, motion[: self.axes], self.bandwidth, step)
         return BaseLine(filtered, pushed(state.line, state.filtered))
 
     def read(

@@ -7,10 +7,11 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, Traceable
+from ftcfa.arrays import Array, Traceable, is_off
 from ftcfa.checks import Check, about, not_negative, not_negative_numbers, numbers
+from ftcfa.control.low_pass import low_pass
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, check_size, delayed, filled, is_off, lag, pushed, quantised
+from ftcfa.hardware.delay import Line, check_size, delayed, filled, pushed, quantised
 from ftcfa.hardware.sensors import Joints, time_within, with_largest
 from ftcfa.parts import Parameters, Part, checked_field
 
@@ -125,7 +126,7 @@ class Actuators(Part):
     ) -> tuple[Traceable, Motors]:
         """The torque that acts in an integration step, shape (n,), and the motors at its end."""
         asked = delayed(motors.line, drive.torque, self.delay, step)
-        torque = lag(motors.torque, asked, self.bandwidth, step)
+        torque = low_pass(motors.torque, asked, self.bandwidth, step)
         acting = torque if is_off(self.ripple) else torque + drive.ripple
         line = pushed(motors.line, drive.torque)
         return np.clip(acting, -limit, limit), Motors(line, torque)

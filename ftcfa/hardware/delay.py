@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Traceable
+from ftcfa.arrays import Traceable, is_known, is_off
 from ftcfa.checks import numbers
 from ftcfa.errors import ParameterError, ShapeError
 
@@ -13,16 +13,6 @@ Line = tuple[Traceable, ...]
 """The last values of a signal, the newest first: its values one, two, ... steps ago."""
 ROUNDING = 1e-9
 """Distance from a whole number of steps that is rounding, relative."""
-
-
-def is_known(value: Any) -> bool:
-    """Whether a parameter is a number or an array of numbers: not a symbol of traced code."""
-    return isinstance(value, float | int | np.ndarray | np.generic | list | tuple)
-
-
-def is_off(value: Any, off: float = 0.0) -> bool:
-    """Whether a parameter is known to leave its block out; a symbol is not."""
-    return is_known(value) and bool(np.all(np.asarray(value) == off))
 
 
 def whole_steps(subject: str, times: npt.ArrayLike, step: float) -> None:
@@ -67,14 +57,6 @@ def quantised(x: Traceable, resolution: Any) -> Traceable:
         return x
     size = np.where(resolution > 0, resolution, 1.0)
     return np.where(resolution > 0, size * np.floor(x / size + 0.5), x)
-
-
-def lag(y: Traceable, x: Traceable, bandwidth: Any, step: float) -> Traceable:
-    """First-order lag y' = w (x - y), w = 2 pi bandwidth [Hz], exact for an x that is held."""
-    if is_off(bandwidth, np.inf):
-        return x
-    kept = np.exp(-2.0 * np.pi * step * bandwidth)
-    return kept * y + (1.0 - kept) * x
 
 
 def check_size(subject: str, values: Any, n: int, field: str) -> None:

@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, Traceable
+from ftcfa.arrays import Array, Traceable, is_off
 from ftcfa.checks import Check, about, finite_numbers, having, not_negative, not_negative_numbers
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, check_size, delayed, filled, is_off, pushed, quantised
+from ftcfa.hardware.delay import Line, check_size, delayed, filled, pushed, quantised
 from ftcfa.hardware.velocity import VelocityEstimator
 from ftcfa.parts import Parameter, Parameters, Part, checked_field, number_field
 

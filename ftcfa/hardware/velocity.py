@@ -8,7 +8,7 @@ import numpy as np
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, having, positive, positive_or_infinite
 from ftcfa.control.filters import implicit_super_twisting
-from ftcfa.hardware.delay import lag
+from ftcfa.control.low_pass import low_pass
 from ftcfa.model.dynamics import Dynamics, impulse_response
 from ftcfa.parts import Parameters, Part, number_fields
 
@@ -72,7 +72,7 @@ class BackwardDifference(AtRest, Part):
         self, state: Estimate, q: Traceable, torque: Traceable, period: float
     ) -> tuple[Traceable, Estimate]:
         """See `VelocityEstimator.step`."""
-        v = lag(state.v, (q - state.q) / period, self.bandwidth, period)
+        v = low_pass(state.v, (q - state.q) / period, self.bandwidth, period)
         return v, Estimate(q, v)
 
 

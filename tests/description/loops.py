@@ -15,6 +15,7 @@ from ftcfa import (
     ComputedTorque,
     Constant,
     ExplicitFilter,
+    FeedForward,
     FiniteTimeBackstepping,
     FrameWrench,
     Gains,
@@ -31,6 +32,7 @@ from ftcfa import (
     PaperPendulum,
     PaperPendulumInput,
     PDGravity,
+    Predictor,
     ProperFilter,
     RandomPhase,
     RBFNetwork,
@@ -184,6 +186,15 @@ LOOPS = {
             note="made up",
         ),
         excitation=WhiteNoise(THIRD),
+    ),
+    "feed-forward": lambda: loop(
+        controller=FeedForward(
+            ARM,
+            FTCF(ARM, Gains(c1=THIRD)),
+            10.0 * THIRD,
+            Predictor([[THIRD]], [[0.1, THIRD, 0.0]], [[THIRD], [0.0], [0.1]], np.ones((3, 1))),
+        ),
+        hardware=Hardware(accelerometer=Accelerometer()),
     ),
     "difference of positions": lambda: loop(
         hardware=Hardware(Sensors(velocity=BackwardDifference(10.0 * THIRD)))

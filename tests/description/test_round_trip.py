@@ -94,6 +94,7 @@ def test_every_kind_of_part_is_among_the_loops():
 def test_every_public_part_can_be_written():
     results = {
         "Bounds",
+        "FeedForwardBand",
         "FilterFit",
         "InertiaBounds",
         "InertiaSplit",

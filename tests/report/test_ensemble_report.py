@@ -212,7 +212,7 @@ def test_record_against_scipy(sound):
         assert (row["median"]["low"], row["median"]["high"]) == (x[low - 1], x[high])
         assert row["largest"] == x[-1] == float(values.sel(path=row["path"]))
         assert row["without"] == 0
-    assert [row["unit"] for row in record["metrics"][-3:]] == ["1", "N m", "J"]
+    assert [row["unit"] for row in record["metrics"][-3:]] == ["N m", "N m", "J"]
 
 
 def test_record_with_diverged_paths(diverging):

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import stats
+from scipy import signal, stats
 
 from ftcfa import (
     FTCF,
