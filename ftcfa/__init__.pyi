@@ -25,7 +25,13 @@ from .experiment import Experiment, load_experiment
 from .hardware.accelerometer import Accelerometer, Gyroscope
 from .hardware.actuators import Actuators
 from .hardware.hardware import Hardware
-from .hardware.profiles import Profile, hardware_profile, profiles
+from .hardware.profiles import (
+    Profile,
+    accelerometer_profile,
+    accelerometers,
+    hardware_profile,
+    profiles,
+)
 from .hardware.sensors import Sensors
 from .hardware.velocity import BackwardDifference, Kalman, Levant, ModelObserver
 from .loop.base_predictor import base_predictor
@@ -159,6 +165,8 @@ __all__ = [
     "__version__",
     "ablated",
     "ablations",
+    "accelerometer_profile",
+    "accelerometers",
     "base_predictor",
     "bounds",
     "compare",

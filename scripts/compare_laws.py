@@ -2,12 +2,13 @@
 
     python scripts/compare_laws.py [--quick] [--paths N] [--out FOLDER]
 
-It prints tables and writes compare-laws.json, rivals-pendulum.png and rivals-panda.png.
+It prints tables and writes compare-laws.json, rivals-pendulum.png, rivals-panda.png and
+rivals-panda-fr3.png.
 
 All laws run under the same noise, on the paper's double pendulum (10,000 paths) and on Panda on
 the floor of a truck (1,000 paths, each with a robot of its own whose inertias are known to some
-20 %). Their default gains follow one rule, that of `ftcfa.control.laws`; period, torque limits
-and the nominal robot are the same for all.
+20 %), there with ideal hardware and with the profile fr3. Their default gains follow one rule,
+that of `ftcfa.control.laws`; period, torque limits and the nominal robot are the same for all.
 """
 
 import argparse
@@ -28,15 +29,18 @@ from ftcfa.study.variants import ablations, conditions, rivals
 
 FIGURES = Path(__file__).parent / "figures"
 TRUCK = [f"mil_std_810g_highway_truck_{a}" for a in ("longitudinal", "transverse", "vertical")]
-PATHS = {"pendulum": 10_000, "panda": 1_000}
-DURATION = {"pendulum": 10.0, "panda": 5.0}
+PATHS = {"pendulum": 10_000, "panda": 1_000, "panda-fr3": 1_000}
+DURATION = {"pendulum": 10.0, "panda": 5.0, "panda-fr3": 5.0}
 STILL = 1e-9
 """Rate of an adaptation that does nothing [1/s]."""
-SHOWN = ("settling_time", "late_rms_error", "torque_rate", "saturated", "unsettled", "failed")
+SHOWN = (
+    "settling_time", "late_rms_error", "torque_rate", "rms_torque_rate", "rate_limited",
+    "saturated", "unsettled", "failed",
+)  # fmt: skip
 """Metrics in the record."""
 
 
-def panda():
+def panda(hardware=None):
     """Panda on a truck's floor, home + 0.3 sin t; its inertias are known to some 20 %."""
     arm = ftcfa.load_arm("panda")
     return ftcfa.ClosedLoop(
@@ -46,6 +50,7 @@ def panda():
         ftcfa.Vibration(ftcfa.BaseAcceleration("xyz"), ftcfa.ShapedNoise(TRUCK)),
         substeps=4,
         uncertainty=ftcfa.Uncertainty(mass=0.2, centre=0.01, shape=0.1),
+        hardware=hardware,
     )
 
 
@@ -63,6 +68,8 @@ def tables(loop):
         "as given, printed": printed,
         "SlotineLi, adaptation off": replace(loop, controller=still),
     }
+    if loop.hardware is not None:
+        return {"rivals": rivals(loop) | more}
     return {
         "rivals": rivals(loop) | more,
         "ablations of the law as printed": ablations(printed),
@@ -73,6 +80,7 @@ def tables(loop):
 LOOPS = {
     "pendulum": (pendulum(), "Double pendulum, white noise 0.1 (psd)"),
     "panda": (panda(), "Panda on a truck's floor"),
+    "panda-fr3": (panda("fr3"), "Panda on a truck's floor, hardware fr3"),
 }
 
 

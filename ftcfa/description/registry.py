@@ -12,8 +12,9 @@ from ftcfa.control.feed_forward import FeedForward
 from ftcfa.control.filters import FILTERS, CommandFilter
 from ftcfa.control.laws import LAWS
 from ftcfa.control.protocol import Controller
+from ftcfa.hardware.accelerometer import Accelerometer
 from ftcfa.hardware.hardware import Hardware
-from ftcfa.hardware.profiles import hardware_profile
+from ftcfa.hardware.profiles import accelerometer_profile, hardware_profile
 from ftcfa.hardware.velocity import VelocityEstimator
 from ftcfa.loop.references import Reference, Table
 from ftcfa.model.arm import Arm
@@ -71,6 +72,7 @@ PARTS: Mapping[Any, tuple[type, ...]] = {
 """The classes that implement each protocol."""
 MAKERS: Mapping[type, Mapping[str, Callable[..., Any]]] = {
     Arm: {"robot": arm_from_source},
+    Accelerometer: {"profile": accelerometer_profile},
     Hardware: {"profile": hardware_profile},
     Record: {"file": read_record},
     Spectrum: {"g2_per_hz": Spectrum.from_g, "points": spectrum_of_points},

@@ -10,13 +10,14 @@ from typing import Any
 
 from ftcfa.checks import known_name
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.accelerometer import Accelerometer
+from ftcfa.hardware.accelerometer import Accelerometer, Gyroscope
 from ftcfa.hardware.actuators import Actuators
 from ftcfa.hardware.hardware import Hardware
 from ftcfa.hardware.sensors import Sensors
 from ftcfa.hardware.velocity import BackwardDifference
 
-FILE = Path(__file__).with_name("profiles.toml")
+ROBOTS = Path(__file__).with_name("profiles.toml")
+ACCELEROMETERS = Path(__file__).with_name("accelerometers.toml")
 ESTIMATORS = {"BackwardDifference": BackwardDifference}
 
 
@@ -73,8 +74,19 @@ def _made(value: Any) -> Any:
 
 @cache
 def profiles() -> Mapping[str, Profile]:
-    """All profiles by name."""
-    tables = tomllib.loads(FILE.read_text())
+    """All profiles of robots by name."""
+    return _read(ROBOTS)
+
+
+@cache
+def accelerometers() -> Mapping[str, Profile]:
+    """All classes of accelerometers by name; the numbers of one are those of `Accelerometer`."""
+    return _read(ACCELEROMETERS)
+
+
+def _read(file: Path) -> Mapping[str, Profile]:
+    """The profiles of a file by name."""
+    tables = tomllib.loads(file.read_text())
     return MappingProxyType({name: _profile(name, table) for name, table in tables.items()})
 
 
@@ -97,6 +109,22 @@ def hardware_profile(profile: str, accelerometer: Accelerometer | None = None) -
     known_name("hardware", profile, profiles(), field="profile")
     found = profiles()[profile].hardware()
     return replace(found, accelerometer=accelerometer)
+
+
+def accelerometer_profile(profile: str, gyroscope: Gyroscope | None = None) -> Accelerometer:
+    """An accelerometer of a class.
+
+    Args:
+        profile: Its name: low_noise_mems, industrial_mems or phone.
+        gyroscope: Gyroscopes beside it, or None.
+
+    Raises:
+        UnknownNameError: If there is no such class; it lists those there are.
+    """
+    known_name("accelerometer", profile, accelerometers(), field="profile")
+    numbers = {name: one.value for name, one in accelerometers()[profile].numbers.items()}
+    axes = 3 if gyroscope is None else 6
+    return Accelerometer(axes=axes, gyroscope=gyroscope, **numbers)
 
 
 def as_hardware(subject: str, given: Any) -> Hardware:

@@ -16,6 +16,12 @@ UNITS = {
     "actuators.rate_limit": "N m/s",
     "actuators.effort_limit": "N m",
     "actuators.bandwidth": "Hz",
+    "noise_density": "m/s^2/sqrt(Hz)",
+    "bias": "m/s^2",
+    "range": "m/s^2",
+    "bandwidth": "Hz",
+    "delay": "s",
+    "rate": "Hz",
 }
 """Units of the numbers of profiles."""
 

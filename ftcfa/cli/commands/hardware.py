@@ -16,15 +16,15 @@ def hardware(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show hardware profiles: what a robot measures, what its motors can do, and who says so.
+    """Show profiles of robots' hardware and classes of accelerometers, with every source.
 
     Example: ftcfa hardware fr3
     """
     from ftcfa.checks import known_name
-    from ftcfa.hardware.profiles import profiles
+    from ftcfa.hardware.profiles import accelerometers, profiles
     from ftcfa.report.hardware import print_profiles, profiles_record
 
-    known = profiles()
+    known = {**profiles(), **accelerometers()}
     for name in names or []:
         known_name("hardware profile", name, known)
     chosen = {name: known[name] for name in names or known}
