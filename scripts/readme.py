@@ -16,6 +16,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import ftcfa
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
@@ -23,7 +25,8 @@ SCRIPTS = Path(__file__).parent
 FIGURES, ROOT = SCRIPTS / "figures", SCRIPTS.parent
 RUN = (
     "compare_laws", "basin", "all_arms", "truck_floor", "ensemble_paper", "generator",
-    "rival_singularity", "filters", "coverage_table", "kernel_accuracy",
+    "rival_singularity", "filters", "velocities", "margins", "sensors_and_motors",
+    "coverage_table", "kernel_accuracy",
 )  # fmt: skip
 """The scripts, each with its option --out."""
 LAWS = {
@@ -43,6 +46,14 @@ LAWS = {
     "SuperTwisting": "super-twisting",
 }
 """Rows of the table of rivals: name in the record, and in README."""
+MARGIN_LAWS = {
+    law: LAWS.get(law, law)
+    for law in (
+        "FTCF", "CommandFilteredBackstepping", "ComputedTorque", "FiniteTimeBackstepping",
+        "PDGravity", "SlotineLi", "SuperTwisting",
+    )
+} | {"FTCF": "FTCF, bias compensated"}  # fmt: skip
+"""Rows of the table of margins."""
 ABLATIONS = {
     "as given": "as given",
     "without error compensation": "without error compensation",
@@ -52,6 +63,8 @@ ABLATIONS = {
     "kappa = 1": "κ = 1",
 }
 """Rows of the table of ablations."""
+FREE, HELD = ("rms_torque_rate",), ("rate_limited", "failed")
+"""What the table of rivals says of Panda beside its error, with ideal hardware and with fr3."""
 LOW, MIDDLE, HIGH = 0, 2, 4
 """Places of 5, 50 and 95 % among the quantiles of a comparison."""
 
@@ -129,13 +142,15 @@ def ensembles() -> str:
 def rivals() -> str:
     """Table of the laws on both arms."""
     found = record("compare-laws")
-    pendulum, panda = (found[arm]["rivals"]["loops"] for arm in ("pendulum", "panda"))
+    arms = ("pendulum", "panda", "panda-fr3")
+    pendulum, panda, limited = (found[arm]["rivals"]["loops"] for arm in arms)
     heads = [
         "law", "pendulum: rms error", "settled", "torque rate", "saturated",
-        "Panda: rms error (5 to 95 %)", "torque rate", "do not settle",
+        "Panda, ideal: rms error (5 to 95 %)", "torque rate", "Panda, fr3: rms error (5 to 95 %)",
+        "rate limited", "fail",
     ]  # fmt: skip
     rows = [
-        [label, *_pendulum(pendulum[law]), *_panda(panda, law)]
+        [label, *_pendulum(pendulum[law]), *_panda(panda, law, FREE), *_panda(limited, law, HELD)]
         for law, label in LAWS.items()
         if law in pendulum
     ]
@@ -152,16 +167,20 @@ def _pendulum(loop: dict[str, Any]) -> list[str]:
     ]
 
 
-def _panda(loops: dict[str, Any], law: str) -> list[str]:
-    """Cells of Panda, whose loop as given has its bias compensated."""
+def _panda(loops: dict[str, Any], law: str, more: tuple[str, ...]) -> list[str]:
+    """Cells of Panda, whose loop as given has its bias compensated; shares are means."""
     if law in ("as given", "as given, printed"):
-        return ["", "", ""]
+        return [""] * (1 + len(more))
     loop = loops.get(law, loops["as given"])
     quantiles = [1e3 * q for q in loop["late_rms_error"]["quantiles"]]
+    cells = {
+        "rms_torque_rate": f"{loop['rms_torque_rate']['quantiles'][MIDDLE]:,.0f} N m/s",
+        "rate_limited": f"{100 * loop['rate_limited']['mean']['estimate']:.0f} %",
+        "failed": f"{100 * loop['failed']['mean']['estimate']:.1f} %",
+    }
     return [
-        f"{quantiles[MIDDLE]:.1f} mrad ({quantiles[LOW]:.1f} to {quantiles[HIGH]:.1f})",
-        f"{loop['torque_rate']['mean']['estimate']:.3g} /s",
-        f"{100 * loop['unsettled']['mean']['estimate']:.1f} %",
+        f"{quantiles[MIDDLE]:.1f} mrad ({quantiles[LOW]:.1f} to {quantiles[HIGH]:,.1f})",
+        *(cells[name] for name in more),
     ]
 
 
@@ -313,13 +332,50 @@ def machines() -> str:
     )
 
 
+def velocities() -> str:
+    """How well FTCF does with velocities from positions."""
+    found = record("velocities")
+    rows = [
+        [
+            row["estimator"], str(row["bits"] or "exact"), f"{1e3 * row['error']:.1f} mrad",
+            f"{row['rate']:,.0f} N m/s",
+            f"{row['settling']:.2f} s" if np.isfinite(row["settling"]) else "never",
+        ]
+        for row in found["rows"]
+    ]  # fmt: skip
+    return table(["velocity", "encoder [bit]", "rms error", "torque rate", "settled"], rows)
+
+
+def margins() -> str:
+    """Latency at which the error doubles and at which the loop is lost, law by law."""
+    found = record("margins")["arms"]
+
+    def cell(one: dict[str, Any], scale: float, most: str) -> str:
+        doubled, lost = (
+            most if one[key] is None else f"{scale * one[key]:.3g}" for key in ("doubled", "lost")
+        )
+        return f"{doubled} / {lost}"
+
+    rows = [
+        [
+            MARGIN_LAWS[law],
+            *(cell(arm[law]["latency"], 1e3, "> 30") for arm in found.values()),
+            *(cell(arm[law]["resolution"], 1e3, "> 1,000") for arm in found.values()),
+        ]
+        for law in MARGIN_LAWS
+    ]
+    heads = [*(f"{arm} [ms]" for arm in found), *(f"{arm} [mrad]" for arm in found)]
+    return table(["law", *heads], rows)
+
+
 def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
     """The columns of a table of rows."""
     return list(next(iter(rows.values())))
 
 
 SECTIONS = {"README.md": (
-    reproduction, truck, ensembles, rivals, ablations, singularity, theorem, generator, basin, arms,
+    reproduction, truck, ensembles, rivals, velocities, margins, ablations, singularity, theorem,
+    generator, basin, arms,
 ), "ftcfa/README.md": (coverage, accuracy, machines)}  # fmt: skip
 """The functions that write a section of a file, each under its name."""
 

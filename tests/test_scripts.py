@@ -66,6 +66,7 @@ def test_compare_laws(tmp_path):
         ("rival_singularity.py", "Panda: largest demanded torque of a path"),
         ("filters.py", "Rms error of the derivative"),
         ("basin.py", "Lost paths [%]"),
+        ("sensors_and_motors.py", "sensors-and-motors.png and .json"),
     ],
 )
 def test_scripts_with_a_figure(tmp_path, script, title):
@@ -82,6 +83,8 @@ def test_scripts_with_a_figure(tmp_path, script, title):
         ("all_arms.py", "Late rms error, 4 paths"),
         ("coverage_table.py", "Coverage of 95 % intervals"),
         ("kernel_accuracy.py", "Largest error [ulp]"),
+        ("velocities.py", "Panda on a truck, 2 paths of 0.2 s"),
+        ("margins.py", "latency doubles"),
     ],
 )
 def test_scripts_with_a_table(tmp_path, script, title):

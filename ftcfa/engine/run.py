@@ -66,14 +66,15 @@ def run_paths(
 def _robots(
     loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], seed: int, paths: Words
 ) -> dict[str, Array]:
-    """Parameters of the robot of each path, by dotted name; none where the robot is certain."""
-    if loop.uncertainty is None:
-        return {}
-    robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
-    drawn = {f"arm.{name}": values for name, values in robots.items()}
+    """Parameters of the robot and the hardware of each path, by dotted name; none if certain."""
+    hardware = loop.interface.draw(seed, paths, loop.step_length)
+    drawn = {f"hardware.{name}": values for name, values in hardware.items()}
+    if loop.uncertainty is not None:
+        robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
+        drawn |= {f"arm.{name}": values for name, values in robots.items()}
     for name in drawn.keys() & vary.keys():
-        got, expected = "drawn by the loop's uncertainty", "one source of each path's robot"
-        remedy = "leave it out, or take a loop without uncertainty"
+        got, expected = "drawn for every path", "one source of each path's robot"
+        remedy = "leave it out, or take a loop without uncertainty or spread"
         raise ParameterError(f"varied {name}", got, expected, remedy)
     return drawn
 

@@ -184,6 +184,7 @@ LOOPS = {
             ),
             Accelerometer(6, 1e-3, THIRD, 90.0, 200.0, 1e-3, 2e-3, 500.0, Gyroscope(1e-4)),
             note="made up",
+            spread={"sensors.dropped": (0.0, THIRD)},
         ),
         excitation=WhiteNoise(THIRD),
     ),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from ftcfa import (
     CONTROLLERS,
@@ -11,6 +12,7 @@ from ftcfa import (
     Kalman,
     Levant,
     ModelObserver,
+    ParameterError,
     Sensors,
     ensemble,
     load_arm,
@@ -110,3 +112,22 @@ def test_a_path_diverges_by_its_true_state(paths):
     first = np.asarray(found.q)[:, 0]
     assert np.all(np.isfinite(first))
     assert np.all(np.isnan(at) | (at > 0))
+
+
+def test_hardware_that_differs_from_path_to_path():
+    spread = {"sensors.latency": (0.0, 2e-3), "sensors.offset": (-1e-3, 3e-3)}
+    hardware = Hardware(Sensors(largest_latency=2e-3, offset=[0.0, 0.0]), spread=spread)
+    it = loop(hardware, substeps=2)
+    many = simulate_paths(it, 400, 0.02, signals=["q_measured"])
+    late, offset = many["hardware.sensors.latency"].values, many["hardware.sensors.offset"].values
+    np.testing.assert_allclose(late / 5e-4, np.round(late / 5e-4), atol=1e-9)
+    assert (late.min(), late.max()) == (0.0, 2e-3)
+    assert offset.shape == (400, 2)
+    assert stats.kstest((offset.ravel() + 1e-3) / 4e-3, "uniform").pvalue > 1e-6
+    alone = simulate(it, 0.02, path=77, signals=["q_measured"])
+    np.testing.assert_array_equal(alone.q_measured, many.q_measured[77])
+    fixed = Hardware(Sensors(latency=late[77], offset=offset[77]))
+    same = simulate(loop(fixed, substeps=2), 0.02, path=77, signals=["q_measured"])
+    np.testing.assert_allclose(alone.q_measured, same.q_measured, atol=1e-9)
+    with pytest.raises(ParameterError, match="drawn for every path"):
+        simulate_paths(it, 2, 0.01, vary={"hardware.sensors.latency": np.zeros(2)})
