@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ftcfa.arrays import Traceable
-from ftcfa.study.metrics.metric import Metric, Sample
+from ftcfa.arrays import Array, Traceable
+from ftcfa.study.metrics.metric import Metric, Sample, Totals
 
 
 def _beyond_limit(sample: Sample) -> Traceable:
@@ -15,6 +15,11 @@ def _beyond_limit(sample: Sample) -> Traceable:
 def _power(sample: Sample) -> Traceable:
     """Sum of |u v| over the joints, shape (1,) [W]."""
     return np.reshape(np.abs(sample.signals["u"]) @ np.abs(sample.signals["v"]), (1,))
+
+
+def _rms_rate(total: Array, totals: Totals) -> Array:
+    """Rms rate of a sum of squared changes from sample to sample."""
+    return np.asarray(np.sqrt(total / np.maximum(totals.samples - 1.0, 1.0)) / totals.period)
 
 
 SATURATED = Metric(
@@ -45,9 +50,7 @@ RMS_TORQUE_RATE = Metric(
     unit="N m/s",
     meaning="rms of the changes of the torque from sample to sample, over the period",
     step=lambda total, sample: total + sample.change**2,
-    result=lambda total, totals: (
-        np.sqrt(total / np.maximum(totals.samples - 1.0, 1.0)) / totals.period
-    ),
+    result=_rms_rate,
     per_joint=True,
 )
 PEAK_TORQUE_RATE = Metric(
@@ -63,9 +66,7 @@ RMS_WANTED_RATE = Metric(
     unit="N m/s",
     meaning="rms of the changes of the command within the limits, over the period",
     step=lambda total, sample: total + sample.wanted_change**2,
-    result=lambda total, totals: (
-        np.sqrt(total / np.maximum(totals.samples - 1.0, 1.0)) / totals.period
-    ),
+    result=_rms_rate,
     per_joint=True,
 )
 RATE_LIMITED = Metric(
