@@ -104,7 +104,7 @@ def main() -> None:
 
 def show(robot: str, rows: dict[str, Any]) -> None:
     """Print the table of an arm."""
-    console = Console(highlight=False)
+    console = Console(highlight=False, width=110)
     print_line(f"\n{robot}\n", console)
     heads = ["law", "latency doubles", "loses", "resolution doubles", "loses"]
 

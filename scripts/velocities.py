@@ -116,7 +116,7 @@ def main() -> None:
 
 def show(record: dict[str, Any]) -> None:
     """Print the table."""
-    console = Console(highlight=False)
+    console = Console(highlight=False, width=110)
     print_line(f"Panda on a truck, {record['paths']} paths of {record['duration']:g} s\n", console)
     heads = ["velocity", "bit", "parameter", "rms mrad", "N m/s", "N m > 20 Hz", "settle s", "kept"]
     rows = [
