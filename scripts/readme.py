@@ -355,7 +355,8 @@ def margins() -> str:
     def cell(one: dict[str, Any]) -> str:
         late, coarse = (one[key]["doubled"] for key in ("latency", "resolution"))
         first = "> 30" if late is None else f"{1e3 * late:g}"
-        return f"{first} / {'> 1,000' if coarse is None else f'{1e3 * coarse:.2g}'}"
+        second = "> 1,000" if coarse is None else f"{float(f'{1e3 * coarse:.2g}'):,g}"
+        return f"{first} / {second}"
 
     rows = [[arm, *(cell(laws[law]) for law in MARGIN_LAWS)] for arm, laws in found.items()]
     return table(["arm", *MARGIN_LAWS.values()], rows)
