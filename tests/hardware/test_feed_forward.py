@@ -126,10 +126,11 @@ def test_the_rule_never_makes_the_arm_worse(base, delay, rate):
     excitation, axes, substeps = (TRUCK, "xyz", 4) if base == "truck" else (sea(), "z", 1)
     loop = panda(excitation, axes, rate, delay, substeps=substeps)
     chosen = with_feed_forward(loop)
-    if chosen is loop:
-        assert feed_forward_band(loop).band is None
+    if chosen is loop:  # no band helps: where the motors or the sensor are too slow for a truck
+        assert base == "truck"
+        assert rate < np.inf
         return
-    before, after = rms(loop), rms(chosen)
+    before, after = rms(loop, 2.0), rms(chosen, 2.0)
     assert after < WORSE * before
     if base == "ship":
         assert after < 0.5 * before
@@ -139,7 +140,8 @@ def test_the_rule_predicts_what_it_wins():
     for rate, delay in ((np.inf, 1e-3), (np.inf, 1e-2), (20_000.0, 1e-3)):
         loop = panda(TRUCK, "xyz", rate, delay, substeps=4)
         found = feed_forward_band(loop)
-        won = rms(with_feed_forward(loop)) / rms(loop)
+        helped = replace(loop, controller=FeedForward(PANDA, loop.controller, found.band))
+        won = rms(helped) / rms(loop)
         assert won == pytest.approx(found.error, abs=0.12)
         assert found.peak_rate <= 0.75
 
