@@ -245,10 +245,8 @@ class ClosedLoop(Part):
         due = np.max(np.where(bounded(state) > 0.0, state.restart, 0.0)) > HALF
         if not due:
             return state
-        return state._replace(
-            controller=self.controller.init(Measured(state.q, state.v), desired),
-            restart=np.zeros(1),
-        )
+        controller = self.controller.init(self.last_measured(state), desired)
+        return state._replace(controller=controller, restart=np.zeros(1))
 
     def last_measured(self, state: LoopState) -> Measured:
         """What the sensors showed at the last sample."""

@@ -1,11 +1,14 @@
 """Hardware on both engines: the same numbers, the same bits in any company, nothing when off."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from ftcfa import (
     CONTROLLERS,
+    Accelerometer,
     BackwardDifference,
     Constant,
     Hardware,
@@ -131,3 +134,28 @@ def test_hardware_that_differs_from_path_to_path():
     np.testing.assert_allclose(alone.q_measured, same.q_measured, atol=1e-9)
     with pytest.raises(ParameterError, match="drawn for every path"):
         simulate_paths(it, 2, 0.01, vary={"hardware.sensors.latency": np.zeros(2)})
+
+
+@dataclass(frozen=True, eq=False)
+class Forgetful:
+    """A law whose state is the reading with which it began; its tenth torque is not finite."""
+
+    def init(self, measured, desired):
+        return measured.q, measured.base.specific_force, np.zeros(1)
+
+    def step(self, state, measured, desired, period):
+        began, force, count = state
+        u = np.where(count[0] == 9.0, np.inf, 0.0) + 0.0 * measured.q
+        return {"u": u, "began": began, "force": force}, (began, force, count + 1.0)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "interpreted"])
+def test_a_law_that_starts_anew_gets_the_last_reading(engine):
+    hardware = Hardware(Sensors(offset=0.5, latency=2e-3), accelerometer=Accelerometer(bias=0.1))
+    found = simulate(loop(hardware, controller=Forgetful()), 0.02, signals="all", engine=engine)
+    assert found.attrs["engine"] == engine
+    began, force = found.began.values, np.asarray(found.force)
+    assert np.all(began[:10] == began[0])
+    np.testing.assert_array_equal(began[10], found.q_measured.values[9])
+    np.testing.assert_array_equal(force[10], found.base_measured.values[9])
+    assert np.any(began[10] != began[0])
