@@ -65,6 +65,7 @@ class Hardware(Part):
         joints: Number of joints for which it is made, or None for any.
         period: Shortest sampling period that the robot's interface allows [s], or None for any.
         note: What a user must know of it; a run warns of it.
+        name: How results name it.
         spread: Smallest and largest value of numbers that differ from path to path, by name, such
             as ``{"sensors.latency": (0.0, 0.003)}``; they are uniform, and independent for each
             joint where a number is given for each. Times are rounded to whole integration steps.
@@ -82,6 +83,7 @@ class Hardware(Part):
     joints: Annotated[int | None, Check(counting)] = None
     period: Annotated[float | None, Check(positive, "s")] = None
     note: str = ""
+    name: str = "of one's own"
     spread: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -240,57 +242,3 @@ class Hardware(Part):
         if self.accelerometer is not None:
             line = self.accelerometer.pushed(line, base, step)
         return HardwareMotion(self.sensors.pushed(motion.lines, q, v), motors, line)
-
-
-class Ideal:
-    """No hardware: the law reads the true motion, and its torque within the limits acts."""
-
-    senses_base = False
-    note = ""
-
-    def draw(self, *_: Any) -> dict[str, Array]:
-        """Nothing differs from path to path."""
-        return {}
-
-    def limit(self, arm_limit: Traceable) -> Traceable:
-        """The arm's own limits."""
-        return arm_limit
-
-    def check_duration(self, duration: float) -> None:
-        """No delay is too long."""
-
-    def streams(self, n: int) -> dict[int, int]:
-        """No deviates."""
-        return {}
-
-    def init(self, arm: Dynamics, q: Array, v: Array, step: float) -> tuple[Any, Any]:
-        """No state."""
-        return (), ()
-
-    def read(self, memory: Any, *_: Any) -> Any:
-        """No memory."""
-        return memory
-
-    def measured(self, memory: Any, q: Traceable, v: Traceable) -> Measured:
-        """The true motion."""
-        return Measured(q, v)
-
-    def drive(self, memory: Any, wanted: Traceable, *_: Any) -> tuple[Traceable, Any]:
-        """The command itself."""
-        return wanted, memory
-
-    def signals(self, memory: Any, *_: Any) -> dict[str, Traceable]:
-        """No signals of its own."""
-        return {}
-
-    def acting(self, motion: Any, drive: Traceable, *_: Any) -> tuple[Traceable, Any]:
-        """The command itself."""
-        return drive, ()
-
-    def advanced(self, motion: Any, *_: Any) -> Any:
-        """No state."""
-        return motion
-
-
-IDEAL = Ideal()
-"""The hardware of a loop that has none."""

@@ -61,7 +61,8 @@ class Profile:
             group, _, field = name.rpartition(".")
             groups[group][field] = _made(number.value)
         sensors, actuators = Sensors(**groups["sensors"]), Actuators(**groups["actuators"])
-        return Hardware(sensors, actuators, joints=self.joints, note=self.note, **groups[""])
+        own: dict[str, Any] = {"joints": self.joints, "note": self.note, "name": self.name}
+        return Hardware(sensors, actuators, **own, **groups[""])
 
 
 def _made(value: Any) -> Any:

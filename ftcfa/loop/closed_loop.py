@@ -13,7 +13,8 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, about, counting_to, having, known_name, positive, vector
 from ftcfa.control.protocol import Controller, Desired, Measured, Quantity, Signals, quantities
 from ftcfa.errors import ParameterError, ShapeError
-from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, IDEAL, Hardware
+from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, Hardware
+from ftcfa.hardware.ideal import IDEAL
 from ftcfa.hardware.profiles import as_hardware
 from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Posture, Reference, Table

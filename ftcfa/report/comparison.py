@@ -66,7 +66,8 @@ def sentences(record: Mapping[str, Any]) -> list[str]:
     apart = sorted({word.split(".")[0].strip() for word in differs.split(",")} - {""})
     duration, first = record["duration"], record["compared with"]
     lines = [
-        f"{record['paths']} paths of {duration:g} s with the same noise for all loops. Errors are "
+        f"{record['paths']} paths of {duration:g} s with the same noise for all loops, hardware "
+        f"{record['hardware']}. Errors are "
         f"those from {record['after']:g} s on. A path has settled once its error stays below "
         f"{record['tolerance']:g}; a path that never settles counts with {duration:g} s. Means "
         "are over the paths that did not diverge; below each, the median over all paths. * differs "

@@ -44,6 +44,7 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "requested": requested,
         "seed": int(attributes["seed"]),
         **{name: float(attributes[name]) for name in numbers},
+        "hardware": attributes["hardware"],
         "outcomes": _outcomes(dataset),
         "without_torque": {
             "paths": int(np.sum(dataset["without_torque"] > 0)),
@@ -187,6 +188,7 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     square = record["mean_square_error"]
     facts = [
         ("paths", _paths(record)),
+        ("hardware", record["hardware"]),
         *_outcome_facts(record),
         *_settling_facts(record),
         ("E|z1|^2", f"{_estimate(square)} {square['unit']} at {square['time']:g} s{_few(square)}"),

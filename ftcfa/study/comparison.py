@@ -147,7 +147,7 @@ def _comparison(
     differs = [differences(descriptions[0], description) for description in descriptions]
     run = next(iter(runs.values()))
     rule = {"smallest": smallest, "same": same}
-    copied = ("ftcfa_version", "confidence", "duration", "seed", "tolerance", "after")
+    copied = ("ftcfa_version", "hardware", "confidence", "duration", "seed", "tolerance", "after")
     return (
         _statistics(np.array(values), confidence, smallest)
         .assign(differs=("loop", differs))

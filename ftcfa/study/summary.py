@@ -93,6 +93,7 @@ def summarise(
         attrs={
             **versions(),
             "experiment": json.dumps(provenance(loop)),
+            "hardware": loop.interface.name,
             "duration": plan.duration,
             "seed": plan.seed,
             "tolerance": plan.tolerance,
