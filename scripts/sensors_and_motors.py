@@ -3,10 +3,10 @@
     python scripts/sensors_and_motors.py [--quick] [--out FOLDER]
 
 Panda and UR10 follow home + 0.3 sin t under FTCF with its bias compensated, on a base that shakes
-up and down, with 20 % uncertain inertias. An accelerometer on the base feeds its motion forward,
-with the band that `ftcfa.feed_forward_band` chooses. Shown is what the shaking does: the rms
-distance from where the same robot would be on a base at rest, median over 8 robots. It takes some
-ten minutes and writes sensors-and-motors.png and sensors-and-motors.json.
+up and down; their masses, and with them their inertias, are known to 20 %. An accelerometer on the
+base feeds its motion forward, with the band that `ftcfa.feed_forward_band` chooses. Shown is what
+the shaking does: the rms distance from where the same robot would be on a base at rest, median over
+8 robots. It takes some ten minutes and writes sensors-and-motors.png and sensors-and-motors.json.
 """
 
 import argparse
@@ -65,7 +65,7 @@ def loop(
         ftcfa.Sinusoid(0.3, offset=arm.home),
         ftcfa.Vibration(ftcfa.BaseAcceleration("z"), excitation),
         substeps=substeps,
-        uncertainty=ftcfa.Uncertainty(mass=0.2, centre=0.01, shape=0.1),
+        uncertainty=ftcfa.Uncertainty(mass=0.2),
         hardware=ftcfa.Hardware(
             actuators=ftcfa.Actuators(rate_limit=rate),
             accelerometer=ftcfa.Accelerometer(**{**SENSOR, **sensor}),

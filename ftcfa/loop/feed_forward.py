@@ -31,6 +31,8 @@ from ftcfa.vibration.realisation import realise
 
 DURATION = 40.0
 """Length of the realised motion [s]."""
+EDGE = 1.0
+"""What is left out at both ends, where the repeated motion jumps [s]."""
 BANDS = (*np.geomspace(0.1, 300.0, 36).tolist(), np.inf)
 """Bands that are tried [Hz]."""
 TENTH = 0.1
@@ -83,13 +85,18 @@ def feed_forward_band(loop: ClosedLoop) -> FeedForwardBand:
     limit = np.broadcast_to(np.asarray(hardware.actuators.rate_limit, dtype=float), nominal.n)
     noise = _noise(hardware, coupling, len(motion), step)
 
+    inside = slice(round(EDGE / step), -round(EDGE / step))
+
+    def over_time(transfer: Spectrum) -> Array:
+        """The load behind a transfer, without the ends, where the motion jumps, (samples, n)."""
+        return np.asarray(np.fft.irfft(transfer[:, None] * load, len(motion), axis=0)[inside])
+
     def tried(band: float) -> tuple[float, float]:
         """Mean-square error and the largest torque rate over its limit, of a band; 0 is none."""
         F = (0.0 if band == 0 else 1.0 / (1.0 + s / (2 * np.pi * band))) * H
-        error = np.sum(np.abs((W * (1.0 - F))[:, None] * load) ** 2)
-        error += np.sum(np.abs(W * F) ** 2) * np.sum(noise)
-        G = (s * (F + (1.0 - F) * T))[:, None]
-        rates = np.abs(np.fft.irfft(G * load, len(motion), axis=0)).max(axis=0)
+        error = np.sum(np.mean(over_time(W * (1.0 - F)) ** 2, axis=0))
+        error += 2.0 * np.sum(np.abs(W * F) ** 2) * np.sum(noise) / len(motion) ** 2
+        rates = np.abs(over_time(s * (F + (1.0 - F) * T))).max(axis=0)
         spread = np.sqrt(2.0 * np.sum(np.abs(s * F) ** 2) * noise) / len(motion)
         return float(error), float(np.max((rates + PEAK * spread) / limit))
 

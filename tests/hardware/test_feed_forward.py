@@ -133,7 +133,7 @@ def test_the_rule_never_makes_the_arm_worse(base, delay, rate):
     before, after = rms(loop, 2.0), rms(chosen, 2.0)
     assert after < WORSE * before
     if base == "ship":
-        assert after < 0.5 * before
+        assert after < 0.6 * before
 
 
 def test_the_rule_predicts_what_it_wins():
@@ -149,7 +149,8 @@ def test_the_rule_predicts_what_it_wins():
 def test_a_motor_that_cannot_follow_gets_none():
     assert feed_forward_band(panda(TRUCK, "xyz", 1000.0, substeps=4)).band is None
     assert feed_forward_band(panda(Harmonic(5.0, 10.0), rate=1000.0, delay=1e-2)).band is None
-    assert feed_forward_band(panda(Harmonic(5.0, 5.0), rate=1000.0)).band == np.inf
+    for frequency in (0.17, 5.0):  # also one whose periods do not fill the realised motion
+        assert feed_forward_band(panda(Harmonic(5.0, frequency), rate=1000.0)).band == np.inf
 
 
 def test_the_predictor_wins_back_most_of_the_delay_of_a_road():
