@@ -354,6 +354,8 @@ def margins() -> str:
 
     def cell(one: dict[str, Any]) -> str:
         late, coarse = (one[key]["doubled"] for key in ("latency", "resolution"))
+        if None not in (one["latency"]["lost"], one["resolution"]["lost"]) and late is None:
+            return "lost"  # before its error could double
         first = "> 30" if late is None else f"{1e3 * late:g}"
         second = "> 1,000" if coarse is None else f"{float(f'{1e3 * coarse:.2g}'):,g}"
         return f"{first} / {second}"
