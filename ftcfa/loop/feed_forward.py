@@ -37,7 +37,7 @@ BANDS = (*np.geomspace(0.1, 300.0, 36).tolist(), np.inf)
 """Bands that are tried [Hz]."""
 TENTH = 0.1
 """Least relative decrease of the rms error that is worth a feed-forward."""
-HEADROOM = 0.5
+HEADROOM = 0.4
 """Share of the rate limit that the base's motion may take. The rest is for the reference, for
 robots that differ from the nominal one, and for gains that are larger at small errors."""
 PEAK = 4.5
