@@ -242,6 +242,12 @@ def not_negative_numbers(subject: str, values: npt.ArrayLike, unit: str = "") ->
     _check_each(subject, values, lambda x: np.isfinite(x) & (x >= 0), expected)
 
 
+def positive_or_infinite_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
+    """Raise a FtcfaError unless the values are a number > 0, infinity too, or a list of them."""
+    expected = _with_unit("numbers > 0, or infinity", unit)
+    _check_each(subject, values, lambda x: x > 0, expected)
+
+
 def _check_each(
     subject: str,
     values: npt.ArrayLike,

@@ -32,7 +32,7 @@ class Predictor(Part):
 
         x+ = A x + K (a - C x),   prediction = P x
 
-    `ftcfa.hardware.feed_forward_band.predictor` makes one of the filter of a spectrum.
+    `ftcfa.base_predictor` makes one of the filter of a spectrum.
 
     Attributes:
         A: Shape (N, N).

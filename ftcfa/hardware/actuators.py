@@ -1,25 +1,27 @@
 """The motors and their drivers: rate limit, quantisation, delay, lag and ripple of the torque."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable, is_off
-from ftcfa.checks import Check, about, not_negative, not_negative_numbers, numbers
+from ftcfa.checks import Check, not_negative, not_negative_numbers, positive_or_infinite_numbers
 from ftcfa.control.low_pass import low_pass
-from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, check_size, delayed, filled, pushed, quantised
+from ftcfa.hardware.delay import (
+    Line,
+    check_sizes,
+    delayed,
+    filled,
+    lists_as_arrays,
+    pushed,
+    quantised,
+)
 from ftcfa.hardware.sensors import Joints, time_within, with_largest
 from ftcfa.parts import Parameters, Part, checked_field
 
-
-def positive_or_infinite_numbers(subject: str, values: npt.ArrayLike, unit: str) -> None:
-    """Raise ParameterError unless values are numbers above zero; infinity is one."""
-    if not np.all(numbers(subject, values) > 0):
-        raise ParameterError(subject, repr(values), f"numbers > 0, or infinity [{unit}]")
+PER_JOINT = ("rate_limit", "resolution", "bandwidth", "ripple", "effort_limit")
+"""Fields with one number for all joints, or one for each."""
 
 
 class Drive(NamedTuple):
@@ -69,23 +71,18 @@ class Actuators(Part):
     effort_limit: Annotated[Joints, Check(positive_or_infinite_numbers, "N m")] = np.inf
 
     varies: ClassVar[Parameters] = {
-        **{name: checked_field(name) for name in ("rate_limit", "resolution", "bandwidth")},
-        **{name: checked_field(name) for name in ("ripple", "effort_limit")},
+        **{name: checked_field(name) for name in PER_JOINT},
         "delay": time_within("delay", "largest_delay"),
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("rate_limit", "resolution", "bandwidth", "ripple", "effort_limit"):
-            if isinstance(getattr(self, name), Sequence):
-                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+        lists_as_arrays(self, PER_JOINT)
         with_largest(self, "delay", "largest_delay")
 
     def check(self, n: int) -> None:
         """Raise ShapeError unless the actuators fit an arm of n joints."""
-        for name in ("rate_limit", "resolution", "bandwidth", "ripple", "effort_limit"):
-            with about(name):
-                check_size("Actuators", getattr(self, name), n, name)
+        check_sizes(self, PER_JOINT, n)
 
     def limit(self, arm_limit: Traceable) -> Traceable:
         """The limits that hold, those of the arm or of the motors, shape (n,) [N m or N]."""

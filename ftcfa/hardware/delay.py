@@ -1,5 +1,6 @@
 """Delays of whole integration steps, and the other small blocks that sensors and motors share."""
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,8 +60,18 @@ def quantised(x: Traceable, resolution: Any) -> Traceable:
     return np.where(resolution > 0, size * np.floor(x / size + 0.5), x)
 
 
-def check_size(subject: str, values: Any, n: int, field: str) -> None:
-    """Raise ShapeError unless a parameter is one number or one for each of n joints."""
-    if np.shape(values) not in ((), (n,)):
-        got = f"{np.size(values)} numbers"
-        raise ShapeError(f"{subject} {field}", got, f"one number, or one for each of {n} joints")
+def lists_as_arrays(part: Any, names: Iterable[str]) -> None:
+    """Replace lists in some fields of a part by arrays."""
+    for name in names:
+        if isinstance(getattr(part, name), Sequence):
+            object.__setattr__(part, name, np.asarray(getattr(part, name), dtype=float))
+
+
+def check_sizes(part: Any, names: Iterable[str], n: int) -> None:
+    """Raise ShapeError unless each of some fields has one number, or one for each of n joints."""
+    for name in names:
+        values = getattr(part, name)
+        if np.shape(values) not in ((), (n,)):
+            subject, got = f"{type(part).__name__} {name}", f"{np.size(values)} numbers"
+            expected = f"one number, or one for each of {n} joints"
+            raise ShapeError(subject, got, expected, field=name)

@@ -1,6 +1,5 @@
 """The sensors of the joints: resolution, noise, offset, latency and lost samples."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -8,9 +7,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable, is_off
-from ftcfa.checks import Check, about, finite_numbers, having, not_negative, not_negative_numbers
+from ftcfa.checks import Check, finite_numbers, having, not_negative, not_negative_numbers
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, check_size, delayed, filled, pushed, quantised
+from ftcfa.hardware.delay import (
+    Line,
+    check_sizes,
+    delayed,
+    filled,
+    lists_as_arrays,
+    pushed,
+    quantised,
+)
 from ftcfa.hardware.velocity import VelocityEstimator
 from ftcfa.parts import Parameter, Parameters, Part, checked_field, number_field
 
@@ -50,6 +57,10 @@ def with_largest(part: Any, name: str, largest: str) -> None:
     elif most < time:
         subject = f"{type(part).__name__} {largest}"
         raise ParameterError(subject, f"{most:g} s", f"{name} or more, {time:g} s", field=largest)
+
+
+PER_JOINT = ("resolution", "noise", "offset", "velocity_noise")
+"""Fields with one number for all joints, or one for each."""
 
 
 class SensorMemory(NamedTuple):
@@ -94,17 +105,14 @@ class Sensors(Part):
     dropped: Annotated[float, Check(share)] = 0.0
 
     varies: ClassVar[Parameters] = {
-        **{name: checked_field(name) for name in ("resolution", "noise", "offset")},
-        "velocity_noise": checked_field("velocity_noise"),
+        **{name: checked_field(name) for name in PER_JOINT},
         "latency": time_within("latency", "largest_latency"),
         "dropped": number_field("dropped"),
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("resolution", "noise", "offset", "velocity_noise"):
-            if isinstance(getattr(self, name), Sequence):
-                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+        lists_as_arrays(self, PER_JOINT)
         with_largest(self, "latency", "largest_latency")
         if self.velocity is not None and not is_off(self.velocity_noise):
             got = f"{self.velocity_noise} beside velocities that are estimated"
@@ -117,9 +125,7 @@ class Sensors(Part):
 
     def check(self, n: int) -> None:
         """Raise ShapeError unless the sensors fit an arm of n joints."""
-        for name in ("resolution", "noise", "offset", "velocity_noise"):
-            with about(name):
-                check_size("Sensors", getattr(self, name), n, name)
+        check_sizes(self, PER_JOINT, n)
 
     def normals(self, n: int) -> int:
         """Number of deviates of a sample: of positions, velocities, and two for a lost sample."""
