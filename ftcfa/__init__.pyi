@@ -8,6 +8,7 @@ from .control.gains import Gains
 from .control.laws import ABLATIONS, CONTROLLERS, ablated, printed
 from .control.network import RBFNetwork
 from .control.pd_gravity import PDGravity
+from .control.position_feedback import PositionFeedback
 from .control.slotine_li import SlotineLi
 from .control.stochastic_backstepping import StochasticBackstepping
 from .control.super_twisting import SuperTwisting
@@ -129,6 +130,7 @@ __all__ = [
     "PaperPendulum",
     "PaperPendulumInput",
     "ParameterError",
+    "PositionFeedback",
     "Predictor",
     "Profile",
     "ProperFilter",

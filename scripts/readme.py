@@ -41,6 +41,7 @@ LAWS = {
     "FiniteTimeBackstepping": "finite-time backstepping, no filter (singular)",
     "FiniteTimeBackstepping-regularised": "the same, regularised",
     "PDGravity": "PD with gravity compensation",
+    "PositionFeedback": "positions alone (linear-quadratic-Gaussian)",
     "SlotineLi": "Slotine and Li's adaptive law",
     "SlotineLi, adaptation off": "the same, adaptation off",
     "SuperTwisting": "super-twisting",
@@ -52,6 +53,7 @@ MARGIN_LAWS = {
     "ComputedTorque": "computed torque",
     "FiniteTimeBackstepping": "finite-time, no filter",
     "PDGravity": "PD + gravity",
+    "PositionFeedback": "positions alone",
     "SlotineLi": "Slotine-Li",
     "SuperTwisting": "super-twisting",
 }

@@ -43,8 +43,9 @@ TRIED = {
 the parameter: bandwidth [Hz], L [rad/s^2], L, density [rad/s^2/sqrt(Hz)]."""
 
 
-LQG = "computed torque on the Kalman filter"
-"""The stochastic law without joint velocities: feedback of the nominal error's estimate."""
+RIVAL = "a stochastic law of positions"
+"""`PositionFeedback`, whose parameter is the density of what the arm does not know."""
+DENSITIES = (0.3, 1.0, 3.0, 10.0, 30.0)
 
 
 def loop(sensors: ftcfa.Sensors, law: Any = None) -> ftcfa.ClosedLoop:
@@ -61,21 +62,30 @@ def loop(sensors: ftcfa.Sensors, law: Any = None) -> ftcfa.ClosedLoop:
     )
 
 
-def best(name: str, resolution: float, trials: int, duration: float) -> tuple[float, Any]:
-    """The parameter with the least median error on trial paths, and its estimator."""
-    make, values = TRIED[name]
-    errors = []
-    for value in values:
-        sensors = ftcfa.Sensors(resolution, velocity=make(value, resolution))
-        run = ftcfa.ensemble(loop(sensors), trials, duration, seed=TRIAL_SEED)
-        errors.append(np.median(np.nan_to_num(run.late_rms_error, nan=np.inf)))
-    value = values[int(np.argmin(errors))]
-    return value, make(value, resolution)
+def loops_of_positions(resolution: float) -> dict[str, dict[float, ftcfa.ClosedLoop]]:
+    """Loops without measured velocities, by estimator and parameter."""
+    loops = {
+        name: {x: loop(ftcfa.Sensors(resolution, velocity=make(x, resolution))) for x in values}
+        for name, (make, values) in TRIED.items()
+    }
+    noise = resolution / np.sqrt(12.0)
+    laws = {x: ftcfa.PositionFeedback(ARM, acceleration=x, noise=noise) for x in DENSITIES}
+    rival = {x: loop(ftcfa.Sensors(resolution), law) for x, law in laws.items()}
+    return loops | {RIVAL: rival}
 
 
-def row(sensors: ftcfa.Sensors, paths: int, duration: float, law: Any = None) -> dict[str, float]:
+def best(loops: dict[float, ftcfa.ClosedLoop], trials: int, duration: float) -> float:
+    """The parameter whose loop has the least median error on trial paths."""
+    errors = {}
+    for value, it in loops.items():
+        run = ftcfa.ensemble(it, trials, duration, seed=TRIAL_SEED)
+        errors[value] = np.median(np.nan_to_num(run.late_rms_error, nan=np.inf))
+    return min(errors, key=errors.__getitem__)
+
+
+def row(it: ftcfa.ClosedLoop, paths: int, duration: float) -> dict[str, float]:
     """Medians over the paths: error [rad], torque rate of the worst joint [N m/s], settling [s]."""
-    run = ftcfa.ensemble(loop(sensors, law), paths, duration)
+    run = ftcfa.ensemble(it, paths, duration)
     rates = run.rms_torque_rate.max("joint")
     return {
         "error": float(np.nanmedian(run.late_rms_error)),
@@ -96,18 +106,15 @@ def main() -> None:
     paths, trials, duration = (2, 1, 0.2) if options.quick else (PATHS, TRIALS, DURATION)
     record: dict[str, Any] = {"paths": paths, "duration": duration, "rows": []}
     measured = {"estimator": "measured exactly", "bits": None, "parameter": None}
-    record["rows"].append(measured | row(ftcfa.Sensors(), paths, duration))
+    record["rows"].append(measured | row(loop(ftcfa.Sensors()), paths, duration))
     for bits in BITS:
         resolution = 2 * np.pi / 2**bits
         named = {"estimator": "measured", "bits": bits, "parameter": None}
-        record["rows"].append(named | row(ftcfa.Sensors(resolution), paths, duration))
-        for name in TRIED:
-            value, estimator = best(name, resolution, trials, duration)
-            sensors = ftcfa.Sensors(resolution, velocity=estimator)
+        record["rows"].append(named | row(loop(ftcfa.Sensors(resolution)), paths, duration))
+        for name, loops in loops_of_positions(resolution).items():
+            value = best(loops, trials, duration)
             named = {"estimator": name, "bits": bits, "parameter": value}
-            record["rows"].append(named | row(sensors, paths, duration))
-        named |= {"estimator": LQG}
-        record["rows"].append(named | row(sensors, paths, duration, ftcfa.ComputedTorque(ARM)))
+            record["rows"].append(named | row(loops[value], paths, duration))
     show(record)
     for each in record["rows"]:
         each["parameter"] = None if each["parameter"] == np.inf else each["parameter"]

@@ -38,6 +38,7 @@ LAWS: tuple[type[Any], ...] = tuple(
         "ftcfa.control.finite_time_backstepping:FiniteTimeBackstepping",
         "ftcfa.control.computed_torque:ComputedTorque",
         "ftcfa.control.pd_gravity:PDGravity",
+        "ftcfa.control.position_feedback:PositionFeedback",
         "ftcfa.control.slotine_li:SlotineLi",
         "ftcfa.control.super_twisting:SuperTwisting",
     ))

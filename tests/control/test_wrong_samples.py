@@ -70,7 +70,7 @@ class Fed:
         wrong = np.where(k < self.samples, 1.0, 0.0)
         q, v = self.home + wrong * self.dq, wrong * self.dv
         signals, memory = self.law.step(memory, Measured(q, v), desired, period)
-        return {"u": 0.0 * q, "asked": signals["u"]}, (k + 1.0, memory)
+        return {"u": 0.0 * q, "asked": signals["u"], "fed": v}, (k + 1.0, memory)
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def asked(loop, time, paths=slice(None), **options):
     """Torques that the law asks for, shape (paths, times, n), and the times."""
     varied = {name: values[paths] for name, values in disturbances(loop.arm.n).items()}
     count = len(varied["controller.samples"])
-    run = simulate_paths(loop, count, time, vary=varied, signals=["asked"], **options)
+    run = simulate_paths(loop, count, time, vary=varied, signals=["asked", "fed"], **options)
     return run.asked.values, run.time.values
 
 

@@ -32,6 +32,7 @@ from ftcfa import (
     PaperPendulum,
     PaperPendulumInput,
     PDGravity,
+    PositionFeedback,
     Predictor,
     ProperFilter,
     RandomPhase,
@@ -121,6 +122,7 @@ LOOPS = {
     ),
     "computed torque": lambda: loop(controller=ComputedTorque(ARM, 10.0 * THIRD)),
     "PD with gravity": lambda: loop(controller=PDGravity(ARM, 10.0 * THIRD, 20.0 * THIRD)),
+    "positions alone": lambda: loop(controller=PositionFeedback(ARM, noise=THIRD)),
     "Slotine and Li": lambda: loop(controller=SlotineLi(ARM, leakage=THIRD)),
     "super-twisting": lambda: loop(controller=SuperTwisting(ARM, r1=10.0 * THIRD)),
     "drawn arm, drawn nominal": lambda: loop(
