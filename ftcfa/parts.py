@@ -22,6 +22,10 @@ class Part:
         check_fields(self)
 
 
+def any_finite(part: Any, values: Array) -> None:
+    """The check of a parameter that may have any finite values."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A number or array of a part that may differ from path to path.
@@ -36,7 +40,7 @@ class Parameter:
     """
 
     replace: Callable[[Any, Any], Any]
-    check: Callable[[Any, Array], None] = lambda part, values: None  # noqa: ARG005
+    check: Callable[[Any, Array], None] = any_finite
     prepare: Callable[[Any, Array], Array] | None = None
     whole_steps: bool = False
 

@@ -28,7 +28,7 @@ ROBOT = 3
 SENSOR_NOISE = 4
 ACTUATOR_NOISE = 5
 ACCELEROMETER_NOISE = 6
-HARDWARE_SPREAD = 7
+SPREAD = 7
 """Numbers of the streams, one for each use of random numbers."""
 
 

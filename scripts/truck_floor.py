@@ -122,7 +122,7 @@ def overloaded(loop: ftcfa.ClosedLoop, ran: xr.Dataset) -> Array:
     robots = [loop.arm]
     if loop.uncertainty is not None:
         robots = [loop.arm.with_inertias(inertias) for inertias in ran["arm.inertias"].values]
-    desired = loop.reference.at(ran.time.values[:: 4 * POOLED])
+    desired = loop.desired(ran.time.values[:: 4 * POOLED])
     return np.array([_demand(robot, desired) > 1.0 for robot in robots])
 
 

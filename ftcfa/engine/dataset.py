@@ -15,7 +15,8 @@ from ftcfa.control.protocol import Quantity
 from ftcfa.description.write import provenance
 from ftcfa.engine.compiler.kernels.table import KERNELS
 from ftcfa.engine.paths import Paths
-from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.command import LOOP_QUANTITIES
 
 
 def trajectories(
@@ -48,16 +49,19 @@ def trajectories(
     }
     for name, values in varied.items():
         coordinates[name] = (("path", *inner(name, values.shape[1:])), values)
-    q_d = loop.reference.at(time).q
     labels = attributes(loop, *LOOP_QUANTITIES["q_d"], True)
-    variables: dict[str, Any] = {"q_d": (("time", "joint"), q_d, labels)}
+    variables: dict[str, Any] = {}
+    q_d = run.signals.get("q_d")  # where it differs from path to path
+    if q_d is None:
+        q_d = loop.desired(time).q[None]
+        variables["q_d"] = (("time", "joint"), q_d[0], labels)
     quantities = loop.quantities
     for name, values in run.signals.items():
         dims = inner(name, values.shape[2:])
         quantity = quantities.get(name, Quantity("", name))
         labels = attributes(loop, *quantity, "joint" in dims)
         variables[name] = (("path", "time", *dims), values, labels)
-    squares = sum((run.signals["q"][:, :, j] - q_d[:, j]) ** 2 for j in range(loop.arm.n))
+    squares = sum((run.signals["q"][:, :, j] - q_d[:, :, j]) ** 2 for j in range(loop.arm.n))
     unit = variables["q"][2]["units"]
     labels = {"units": unit, "long_name": "overall tracking error |q - q_d|"}
     variables["ote"] = (("path", "time"), np.sqrt(squares), labels)

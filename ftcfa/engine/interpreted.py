@@ -74,7 +74,7 @@ def _run_path(
 
 def _start(loop: ClosedLoop, seed: int, path: int) -> LoopState:
     """State of a path at the first sample."""
-    desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+    desired = loop.first_desired
     return loop.init(desired, initial_normals(loop.process, seed, path))
 
 

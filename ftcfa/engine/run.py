@@ -16,6 +16,7 @@ from ftcfa.engine.paths import Paths
 from ftcfa.errors import ParameterError, TracingError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.parameters import checked_values
+from ftcfa.loop.spread import draw
 from ftcfa.model.arm import Arm
 from ftcfa.streams import Words
 
@@ -66,14 +67,13 @@ def run_paths(
 def _robots(
     loop: ClosedLoop, vary: Mapping[str, npt.ArrayLike], seed: int, paths: Words
 ) -> dict[str, Array]:
-    """Parameters of the robot and the hardware of each path, by dotted name; none if certain."""
-    hardware = loop.interface.draw(seed, paths, loop.step_length)
-    drawn = {f"hardware.{name}": values for name, values in hardware.items()}
+    """Parameters that the loop draws for each path, by dotted name; none if all are certain."""
+    drawn = draw(loop, seed, paths)
     if loop.uncertainty is not None:
         robots = loop.uncertainty.draw(cast(Arm, loop.arm), seed, paths)
         drawn |= {f"arm.{name}": values for name, values in robots.items()}
     for name in drawn.keys() & vary.keys():
-        got, expected = "drawn for every path", "one source of each path's robot"
+        got, expected = "drawn for every path", "one source of each path's value"
         remedy = "leave it out, or take a loop without uncertainty or spread"
         raise ParameterError(f"varied {name}", got, expected, remedy)
     return drawn

@@ -1,7 +1,7 @@
 """`simulate` and `simulate_paths`: one path of a closed loop or many, as a Dataset."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,8 @@ from ftcfa.loop.feasibility import warn_of_doubts
 
 STANDARD = ("q", "v", "u")
 """Signals that are always recorded; all others are recorded on request."""
+SCALE = "reference_scale"
+"""The parameter that gives each path a desired motion of its own, which then is recorded."""
 RESERVED = frozenset({"path", "time", "joint", "joint_type", "ote", "diverged_at"})
 """Names in the Dataset that no signal may have."""
 
@@ -121,7 +123,7 @@ def _run(
         counting("threads", threads)
     known_name("engine", engine, get_args(Engine))
     shapes = loop.signal_shapes()
-    names = _signal_names(loop, shapes, signals)
+    names = _signal_names(loop, vary, shapes, signals)
     entries = sum(int(np.prod(shapes[name])) for name in names)
     check_memory("record", 8 * entries * len(numbers) * -(-samples // record_every))
     warn_of_doubts(loop, duration, frames=2)
@@ -138,7 +140,7 @@ def _run(
 
 
 def _signal_names(
-    loop: ClosedLoop, shapes: Mapping[str, tuple[int, ...]], signals: Iterable[str]
+    loop: ClosedLoop, vary: Any, shapes: Mapping[str, tuple[int, ...]], signals: Iterable[str]
 ) -> list[str]:
     known = list(shapes)
     for name in RESERVED.intersection(known):
@@ -149,4 +151,5 @@ def _signal_names(
     requested = [signals] if isinstance(signals, str) else list(signals)
     for name in requested:
         known_name("signal", name, known)
-    return [*STANDARD, *(name for name in requested if name not in (*STANDARD, "q_d"))]
+    own = ("q_d",) if SCALE in vary or SCALE in loop.spread else ()
+    return [*STANDARD, *own, *(name for name in requested if name not in (*STANDARD, "q_d"))]

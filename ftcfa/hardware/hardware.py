@@ -14,10 +14,9 @@ from ftcfa.hardware.accelerometer import Accelerometer
 from ftcfa.hardware.actuators import Actuators, Drive, Motors
 from ftcfa.hardware.delay import Line, whole_steps
 from ftcfa.hardware.sensors import SensorMemory, Sensors
-from ftcfa.hardware.spread import check_spread, draw
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.parts import Part
-from ftcfa.streams import ACCELEROMETER_NOISE, ACTUATOR_NOISE, SENSOR_NOISE, Words
+from ftcfa.streams import ACCELEROMETER_NOISE, ACTUATOR_NOISE, SENSOR_NOISE
 
 ROUNDING = 1e-9
 """Excess of a period that is rounding, relative."""
@@ -66,9 +65,6 @@ class Hardware(Part):
         period: Shortest sampling period that the robot's interface allows [s], or None for any.
         note: What a user must know of it; a run warns of it.
         name: How results name it.
-        spread: Smallest and largest value of numbers that differ from path to path, by name, such
-            as ``{"sensors.latency": (0.0, 0.003)}``; they are uniform, and independent for each
-            joint where a number is given for each. Times are rounded to whole integration steps.
     """
 
     sensors: Annotated[Sensors, Check(of_type(Sensors, "Sensors(...)"))] = field(
@@ -84,15 +80,6 @@ class Hardware(Part):
     period: Annotated[float | None, Check(positive, "s")] = None
     note: str = ""
     name: str = "of one's own"
-    spread: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_spread(self, self.spread)
-
-    def draw(self, seed: int, paths: Words, step: float) -> dict[str, Array]:
-        """Values of the numbers that differ from path to path: see `ftcfa.hardware.spread.draw`."""
-        return draw(self, seed, paths, step)
 
     def check(self, n: int, period: float, step: float) -> None:
         """Raise an FtcfaError unless the hardware fits n joints, a period and a step [s]."""

@@ -13,10 +13,6 @@ class Ideal:
     senses_base = False
     note, name = "", "ideal"
 
-    def draw(self, *_: Any) -> dict[str, Array]:
-        """Nothing differs from path to path."""
-        return {}
-
     def limit(self, arm_limit: Traceable) -> Traceable:
         """The arm's own limits."""
         return arm_limit

@@ -2,27 +2,28 @@
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, about, counting_to, having, known_name, positive, vector
-from ftcfa.control.protocol import Controller, Desired, Measured, Quantity, Signals, quantities
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.arrays import Array, Traceable, is_off
+from ftcfa.checks import Check, about, counting_to, having, known_name, number, positive, vector
+from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
 from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, Hardware
 from ftcfa.hardware.ideal import IDEAL
 from ftcfa.hardware.profiles import as_hardware
+from ftcfa.loop.command import LOOP_QUANTITIES, commanded
 from ftcfa.loop.plant import INTEGRATORS
-from ftcfa.loop.references import Posture, Reference, Table
+from ftcfa.loop.references import Posture, Reference, of_joints
+from ftcfa.loop.spread import check_spread
 from ftcfa.loop.state import HALF, LoopState, Motion, Observer, bounded
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
-from ftcfa.parts import Parameters, Part, number_fields
+from ftcfa.parts import Parameters, Part, any_finite, number_field, number_fields
 from ftcfa.vibration.excitation import Process
 from ftcfa.vibration.excitations.white_noise import WhiteProcess
 from ftcfa.vibration.inputs.noise_input import specific_force
@@ -32,15 +33,6 @@ STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
 """The process of a loop without vibration."""
 A_LAW = "a control law with init and step, such as FTCF(arm)"
 A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
-LOOP_QUANTITIES: Mapping[str, Quantity] = {
-    "q": Quantity("rad", "position"),
-    "q_d": Quantity("rad", "desired position"),
-    "v": Quantity("rad/s", "velocity"),
-    "u": Quantity("N m", "torque that acts, within the effort limits"),
-    "u_command": Quantity("N m", "torque that the controller commands"),
-    "u_wanted": Quantity("N m", "the same within the effort limits"),
-}
-"""Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
 MOST_SUBSTEPS = 1_000_000
 """Largest number of integration steps a period."""
 
@@ -73,6 +65,11 @@ class ClosedLoop(Part):
         hardware: What the robot measures and what its motors can do, or the name of a profile, such
             as ``"fr3"``; without it the controller reads the true motion and its torque acts at
             once.
+        reference_scale: Scale of the desired motion about its first posture: with 0 it stands still
+            there.
+        spread: Smallest and largest value of numbers that differ from path to path, by dotted name,
+            such as ``{"reference_scale": (0.5, 1.5), "hardware.sensors.latency": (0.0, 0.003)}``;
+            see `ftcfa.loop.spread`.
     """
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
@@ -91,22 +88,23 @@ class ClosedLoop(Part):
     )
     observer: Observer | None = None
     hardware: Annotated[Hardware | str | None, Check(as_hardware)] = None
+    reference_scale: Annotated[float, Check(number)] = 1.0
+    spread: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
-    varies: ClassVar[Parameters] = number_fields("q0", "v0")
+    varies: ClassVar[Parameters] = {
+        **number_fields("q0", "v0"),
+        "reference_scale": number_field("reference_scale", any_finite),
+    }
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.uncertainty is not None:
             with about("uncertainty"):
                 self.uncertainty.check(cast(Arm, self.arm))
-        if isinstance(self.reference, Table):
-            with about("reference"):
-                table = self.reference.of_joints(tuple(self.arm.joint_names))
-            object.__setattr__(self, "reference", table)
-        n, joints = self.arm.n, ", ".join(self.arm.joint_names)
-        if self.reference.n != n:
-            got = f"{self.reference.n} joints"
-            raise ShapeError("ClosedLoop reference", got, f"{n}: {joints}", field="reference")
+        n = self.arm.n
+        with about("reference"):
+            reference = of_joints(self.reference, tuple(self.arm.joint_names))
+        object.__setattr__(self, "reference", reference)
         q0 = self.arm.home if self.q0 is None else self.q0
         v0 = 0.0 if self.v0 is None else self.v0
         object.__setattr__(self, "q0", vector("ClosedLoop q0", q0, n, field="q0"))
@@ -118,6 +116,25 @@ class ClosedLoop(Part):
                 hardware = as_hardware("ClosedLoop hardware", self.hardware)
                 hardware.check(n, self.period, self.step_length)
             object.__setattr__(self, "hardware", hardware)
+        with about("spread"):
+            check_spread(self, self.spread)
+
+    def desired(self, t: Array) -> Desired:
+        """The desired motion at times of shape (T,) [s], each of its parts of shape (T, n)."""
+        return self._scaled(self.reference.at(t))
+
+    @property
+    def first_desired(self) -> Desired:
+        """Motion of the reference at the first sample, each part of shape (n,)."""
+        return Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
+
+    def _scaled(self, desired: Desired) -> Desired:
+        """The desired motion of a path, of that of the reference."""
+        scale = self.reference_scale
+        if is_off(scale, 1.0):
+            return desired
+        (q, v, a), first = desired, self.first_desired.q
+        return Desired(first + scale * (q - first), scale * v, scale * a)
 
     @property
     def interface(self) -> Any:
@@ -151,9 +168,10 @@ class ClosedLoop(Part):
         """The state at the first sample.
 
         Args:
-            desired: Desired motion at the first sample.
+            desired: Motion of the reference at the first sample.
             normals: Standard normal deviates, shape (process.initial_normals,); zeros if None.
         """
+        desired = self._scaled(desired)
         q, v = cast(Array, self.q0), cast(Array, self.v0)
         if normals is None:
             normals = np.zeros(self.process.initial_normals)
@@ -176,7 +194,7 @@ class ClosedLoop(Part):
 
         Args:
             state: State at this sample.
-            desired: Desired motion at this sample.
+            desired: Motion of the reference at this sample.
             normals: Standard normal deviates of the period, shape (substeps, process.normals).
             rows: Rows of the process for the steps of the period, shape (substeps, columns); the
                 first ones if None.
@@ -203,13 +221,16 @@ class ClosedLoop(Part):
         """
         if deviates is None:
             deviates = np.zeros(sum(self.streams.values()))
+        desired = self._scaled(desired)
         usable, steps = bounded(state) > 0.0, (self.period, self.step_length)
         q, v, hardware = state.q, state.v, self.interface
         memory = hardware.read(state.hardware, state.motion.hardware, q, v, deviates, *steps)
         shown = hardware.measured(memory, q, v)
         q_m, v_m = np.where(usable, shown.q, desired.q), np.where(usable, shown.v, desired.v)
         measured = shown._replace(q=q_m, v=v_m)
-        signals, controller = self._commanded(state.controller, measured, desired)
+        signals, controller = commanded(
+            self.controller, state.controller, measured, desired, self.period
+        )
         command, limit = signals["u"], hardware.limit(self.arm.effort_limit)
         finite = np.max(np.abs(command)) < np.inf
         wanted = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
@@ -224,20 +245,6 @@ class ClosedLoop(Part):
         restart = np.where(finite, state.restart, np.ones(1))
         return signals, drive, LoopState(state.motion, controller, restart, memory, observer)
 
-    def _commanded(self, state: Any, measured: Measured, desired: Desired) -> tuple[Signals, Any]:
-        """Signals and new state of the controller, whose torque has the right shape."""
-        given = self.controller.step(state, measured, desired, self.period)
-        pair = isinstance(given, tuple) and len(given) == 2
-        if not (pair and isinstance(given[0], dict) and "u" in given[0]):
-            subject = f"step of {type(self.controller).__name__}"
-            got = f"a {type(given).__name__} without a dictionary that holds 'u'"
-            raise ParameterError(subject, got, '({"u": torque, ...}, state)')
-        command = given[0]["u"]
-        shape = command.shape if hasattr(command, "shape") else np.shape(command)
-        if shape != measured.q.shape:
-            raise ShapeError("u of the controller", f"shape {shape}", f"{measured.q.shape}")
-        return given
-
     def restarted(self, state: LoopState, desired: Desired) -> LoopState:
         """The state at a sample, where a law that waits for a good measurement starts anew.
 
@@ -246,12 +253,12 @@ class ClosedLoop(Part):
         due = np.max(np.where(bounded(state) > 0.0, state.restart, 0.0)) > HALF
         if not due:
             return state
-        controller = self.controller.init(self.last_measured(state), desired)
-        return state._replace(controller=controller, restart=np.zeros(1))
+        return state._replace(controller=self.renewed(state, desired), restart=np.zeros(1))
 
-    def last_measured(self, state: LoopState) -> Measured:
-        """What the sensors showed at the last sample."""
-        return self.interface.measured(state.hardware, state.q, state.v)
+    def renewed(self, state: LoopState, desired: Desired) -> Any:
+        """The state of a controller that starts anew with what the sensors showed last."""
+        measured = self.interface.measured(state.hardware, state.q, state.v)
+        return self.controller.init(measured, self._scaled(desired))
 
     def advance(self, motion: Motion, drive: Any, normals: Traceable, row: Traceable) -> Motion:
         """One integration step of the plant.
@@ -263,15 +270,14 @@ class ClosedLoop(Part):
             row: Row of the process for the step, shape (columns,).
         """
         q, v, vibration, hardware = motion
-        step, limit = self.step_length, self.interface.limit(self.arm.effort_limit)
-        u, motors = self.interface.acting(hardware, drive, limit, step)
-        impulse, base = np.zeros_like(q), None
-        if self.interface.senses_base:
-            base = self._base_motion(vibration, normals, row)
+        step, interface = self.step_length, self.interface
+        u, motors = interface.acting(hardware, drive, interface.limit(self.arm.effort_limit), step)
+        impulse = np.zeros_like(q)
+        base = self._base_motion(vibration, normals, row) if interface.senses_base else None
         if self.vibration is not None:
             parts = self.process, self.arm, q, v, vibration
             impulse, vibration = self.vibration.impulse(*parts, normals, row, step)
-        hardware = self.interface.advanced(hardware, q, v, motors, base, step)
+        hardware = interface.advanced(hardware, q, v, motors, base, step)
         q, v = INTEGRATORS[self.integrator](self.arm, q, v, u, impulse, step)
         return Motion(q, v, vibration, hardware)
 
@@ -290,6 +296,5 @@ class ClosedLoop(Part):
 
     def signal_shapes(self) -> dict[str, tuple[int, ...]]:
         """Name and shape of every signal of `step`, from one sample of the law."""
-        desired = Desired(*(row[0] for row in self.reference.at(np.zeros(1))))
-        signals, *_ = self.control(self.init(desired), desired)
+        signals, *_ = self.control(self.init(self.first_desired), self.first_desired)
         return {name: np.shape(value) for name, value in signals.items()}

@@ -39,7 +39,7 @@ def doubts(loop: ClosedLoop, duration: float) -> list[str]:
     """
     samples = round(duration / loop.period) + 1
     times = np.unique(np.linspace(0, samples - 1, min(samples, TIMES)).round()) * loop.period
-    desired = loop.reference.at(times)
+    desired = loop.desired(times)
     bounds, start = bounds_of(loop.arm), np.asarray(loop.q0)[None]
     few = np.unique(np.linspace(0, len(times) - 1, min(len(times), POSTURES)).round()).astype(int)
     gravity = gravity_on(loop, desired.q[few])

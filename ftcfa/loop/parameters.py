@@ -19,7 +19,7 @@ from ftcfa.hardware.delay import whole_steps
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import cached, fields_of, parameters_of, with_fields
 
-SHARED = ("reference", "period", "substeps", "integrator", "uncertainty")
+SHARED = ("reference", "period", "substeps", "integrator", "uncertainty", "spread")
 """Fields of a loop that all paths of a run have in common."""
 
 

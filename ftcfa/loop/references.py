@@ -257,3 +257,18 @@ def _table(subject: str, times: npt.ArrayLike, points: npt.ArrayLike) -> tuple[A
         got = f"time {t[row + 1]} follows {t[row]}"
         raise ParameterError(subject, got, "increasing times", field="times")
     return t, q
+
+
+def of_joints(reference: Reference, names: tuple[str, ...]) -> Reference:
+    """A reference for the joints of some names; the columns of a `Table` are put in their order.
+
+    Raises:
+        ShapeError: If it has another number of joints.
+        ParameterError, UnknownNameError: If a table has other joints.
+    """
+    if isinstance(reference, Table):
+        reference = reference.of_joints(names)
+    if reference.n != len(names):
+        expected = f"{len(names)}: {', '.join(names)}"
+        raise ShapeError("ClosedLoop reference", f"{reference.n} joints", expected)
+    return reference

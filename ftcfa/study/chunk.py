@@ -9,6 +9,7 @@ import xarray as xr
 from ftcfa.arrays import Array
 from ftcfa.control.protocol import Signals
 from ftcfa.engine.run import Run, run_paths, samples_of
+from ftcfa.engine.simulate import SCALE
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.statistics.moments import Moments
 from ftcfa.statistics.quantile_sketch import BINS, QuantileSketch
@@ -37,7 +38,8 @@ def run_chunk(loop: ClosedLoop, plan: Plan, paths: range, threads: int | None = 
 def simulate_chunk(loop: ClosedLoop, plan: Plan, paths: range, threads: int | None = None) -> Run:
     """Run some paths: the first half of `run_chunk`."""
     samples, numbers = samples_of(loop, plan.duration), np.array(paths, dtype=np.uint64)
-    return run_paths(loop, samples, plan.every(loop), plan.seed, numbers, ["q", "u"], {}, threads)
+    names = ["q", "u", "q_d"] if SCALE in loop.spread else ["q", "u"]
+    return run_paths(loop, samples, plan.every(loop), plan.seed, numbers, names, {}, threads)
 
 
 def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Dataset:
@@ -76,12 +78,14 @@ def _slices(loop: ClosedLoop, plan: Plan, signals: Signals) -> Iterator[tuple[in
 
     Each slice comes with the number of its first entry (time, quantity).
     """
-    q, u, q_d = signals["q"], signals["u"], loop.reference.at(plan.times(loop)).q
+    q, u, q_d = signals["q"], signals["u"], signals.get("q_d")
+    if q_d is None:
+        q_d = loop.desired(plan.times(loop)).q[None]
     entries = quantities(loop.arm.n)
     width = max(1, IN_CACHE // (len(q) * entries))
-    for start in range(0, len(q_d), width):
+    for start in range(0, q.shape[1], width):
         times = slice(start, start + width)
-        error = q[:, times] - q_d[times]
+        error = q[:, times] - q_d[:, times]
         squares = error * error
         ote = np.sqrt(sum(squares[:, :, j] for j in range(loop.arm.n)))
         yield start * entries, np.concatenate([ote[:, :, None], error, u[:, times]], axis=2)

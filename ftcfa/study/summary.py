@@ -17,7 +17,8 @@ from ftcfa.engine.dataset import attributes, versions
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
 from ftcfa.errors import ExperimentError, ParameterError
-from ftcfa.loop.closed_loop import LOOP_QUANTITIES, ClosedLoop
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.loop.command import LOOP_QUANTITIES
 from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution
 from ftcfa.statistics.settling import practical_settling_time
 from ftcfa.study.chunk import PER_JOINT
@@ -79,7 +80,7 @@ def summarise(
     per_path["outcome"].attrs |= flags
     per_path["diverged_at"].attrs = DIVERGED_AT
     times = plan.times(loop)
-    q_d = loop.reference.at(times).q
+    q_d = loop.desired(times).q
     data["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
     dataset = xr.Dataset(
         data,

@@ -5,7 +5,6 @@ import numpy as np
 from ftcfa.arrays import Array
 from ftcfa.checks import is_number, not_negative, probability
 from ftcfa.control.anti_saturation import smooth_saturation
-from ftcfa.control.protocol import Desired
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.model.arm import Arm
@@ -89,7 +88,7 @@ def saturation_gap(actual: Array, nominal: Array) -> Array:
 
 def _initial_value(loop: ClosedLoop, theta: float, lambda_: float) -> float:
     """V at the first sample, where s1 = s2 = 0."""
-    desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+    desired = loop.first_desired
     signals, *_ = loop.control(loop.init(desired), desired)
     fourth = sum(float(signals[name] @ signals[name]) ** 2 for name in ("v1", "v2"))
     return fourth / 4 + (theta - float(signals["theta"])) ** 2 / (2 * lambda_)

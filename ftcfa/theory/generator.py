@@ -134,7 +134,7 @@ class Generator:
         """
         names = ("q", "v", "psi", "s1", "s2", "rho")
         states = [paths[name].values for name in names] + [paths["theta"].values[..., None]]
-        desired = np.concatenate(loop.reference.at(paths["time"].values), axis=-1)
+        desired = np.concatenate(loop.desired(paths["time"].values), axis=-1)
         x = np.concatenate(states, axis=-1)
         rows = np.broadcast_to(desired, (len(x), *desired.shape))
         return self.at(x, rows, theta, weight)

@@ -20,7 +20,7 @@ from ftcfa.control.filters import FILTERS
 from ftcfa.control.protocol import Desired, MemorylessLaw, quantities
 from ftcfa.engine.compiler.agreement import check_pure
 from ftcfa.engine.compiler.flatten import leaves
-from ftcfa.loop.closed_loop import LOOP_QUANTITIES
+from ftcfa.loop.command import LOOP_QUANTITIES
 from ftcfa.loop.state import LoopState, Motion
 
 from .arms import ARMS, arm_of

@@ -186,8 +186,9 @@ LOOPS = {
             ),
             Accelerometer(6, 1e-3, THIRD, 90.0, 200.0, 1e-3, 2e-3, 500.0, Gyroscope(1e-4)),
             note="made up",
-            spread={"sensors.dropped": (0.0, THIRD)},
         ),
+        reference_scale=2.0 * THIRD,
+        spread={"hardware.sensors.dropped": (0.0, THIRD), "reference_scale": (THIRD, 1.0)},
         excitation=WhiteNoise(THIRD),
     ),
     "feed-forward": lambda: loop(

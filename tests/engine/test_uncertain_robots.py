@@ -146,7 +146,7 @@ def test_what_the_uncertainty_draws_cannot_vary_besides(loop, arm, engine, name)
         simulate_paths(loop, 2, 0.01, vary={name: values}, engine=engine)
     assert str(caught.value) == (
         f"varied {name}: drawn for every path, expected one source of each path's "
-        "robot; leave it out, or take a loop without uncertainty or spread"
+        "value; leave it out, or take a loop without uncertainty or spread"
     )
     without = replace(loop, uncertainty=replace(UNCERTAINTY, friction=0.0))
     if name != "arm.inertias":

@@ -118,9 +118,9 @@ def test_a_path_diverges_by_its_true_state(paths):
 
 
 def test_hardware_that_differs_from_path_to_path():
-    spread = {"sensors.latency": (0.0, 2e-3), "sensors.offset": (-1e-3, 3e-3)}
-    hardware = Hardware(Sensors(largest_latency=2e-3, offset=[0.0, 0.0]), spread=spread)
-    it = loop(hardware, substeps=2)
+    spread = {"hardware.sensors.latency": (0.0, 2e-3), "hardware.sensors.offset": (-1e-3, 3e-3)}
+    hardware = Hardware(Sensors(largest_latency=2e-3, offset=[0.0, 0.0]))
+    it = loop(hardware, substeps=2, spread=spread)
     many = simulate_paths(it, 400, 0.02, signals=["q_measured"])
     late, offset = many["hardware.sensors.latency"].values, many["hardware.sensors.offset"].values
     np.testing.assert_allclose(late / 5e-4, np.round(late / 5e-4), atol=1e-9)

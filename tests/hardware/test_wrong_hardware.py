@@ -60,14 +60,18 @@ WRONG = {
         lambda: loop("fr3"), "hardware: an arm of 2 joints, expected 7 joints; take another",
     ),
     "a spread of nothing": (
-        lambda: Hardware(spread={"sensors.latencies": (0.0, 1.0)}), "mean 'sensors.latency'",
+        lambda: loop(Hardware(), spread={"hardware.sensors.latencies": (0.0, 1.0)}),
+        "mean 'hardware.sensors.latency'",
     ),
     "a spread beyond the largest": (
-        lambda: Hardware(Sensors(latency=1e-3), spread={"sensors.latency": (0.0, 2e-3)}),
+        lambda: loop(
+            Hardware(Sensors(latency=1e-3)), spread={"hardware.sensors.latency": (0.0, 2e-3)}
+        ),
         "0 to 0.002 s, expected 0 to 0.001 s; state largest_latency",
     ),
     "a spread upside down": (
-        lambda: Hardware(spread={"sensors.noise": (1e-3, 0.0)}), "a smallest and a largest number",
+        lambda: loop(Hardware(), spread={"hardware.sensors.noise": (1e-3, 0.0)}),
+        "a smallest and a largest number",
     ),
     "sensors that are none": (lambda: Hardware(Actuators()), "Sensors(...)"),
     "noise of zero": (lambda: Kalman(ARM, noise=0.0), "expected a number > 0 [rad]"),

@@ -52,7 +52,7 @@ def check_pure(loop: ClosedLoop) -> None:
         TracingError: If the results differ, since a law hides a state, or if its state is not made
             of numbers.
     """
-    state = loop.init(Desired(*(row[0] for row in loop.reference.at(np.zeros(1)))))
+    state = loop.init(loop.first_desired)
     for leaf in leaves(state[1:]):
         if not isinstance(leaf, np.ndarray | Number):
             subject, got = f"{_author(loop, START)}: {START}", f"holds a {type(leaf).__name__}"
@@ -118,7 +118,7 @@ def _samples(
         results |= {name: flat(value) for name, value in signals.items()}
         results |= {DRIVE: flat(drive), MEMORY: flat(after[1:]), MOTION: flat(motion)}
         if k == count - 1:  # init clears what a law hides, which the samples are to bring out
-            results[AGAIN] = flat(loop.controller.init(loop.last_measured(state), desired))
+            results[AGAIN] = flat(loop.renewed(state, desired))
         yield Sample(state, desired, initial, normals, row, deviates, results)
         state = after._replace(motion=motion)
 

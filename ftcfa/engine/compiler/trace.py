@@ -112,7 +112,7 @@ _lock = threading.RLock()
 
 
 def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -> TracedLoop:
-    desired = Desired(*(row[0] for row in loop.reference.at(np.zeros(1))))
+    desired = loop.first_desired
     template = loop.init(desired)
     shapes = loop.signal_shapes()
     loop_twin: ClosedLoop = twin(loop)
@@ -220,7 +220,7 @@ def _trace(
     initial = symbols("initial", loop.process.initial_normals)
     start = leaves(loop.init(desired, initial))
     init = _function("init", [desired, [initial], inputs], [start])
-    again = leaves(loop.controller.init(loop.last_measured(state), desired))
+    again = leaves(loop.renewed(state, desired))
     renewed = _function("renewed", [leaves(state), desired, inputs], [again])
     renewal = _flat([*leaves(state.motion), *again, *leaves(state[2:])])
     constant = constant_entries(_flat(leaves(state)), _flat(start), _flat(results[0]), renewal)
