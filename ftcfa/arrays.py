@@ -10,6 +10,9 @@ Array: TypeAlias = npt.NDArray[np.floating[Any]]
 Traceable: TypeAlias = npt.NDArray[np.floating[Any]]
 """Floats or, while a loop is traced, CasADi symbols that behave like them."""
 
+Joints: TypeAlias = float | Array
+"""One number for all joints, or one for each, shape (n,); a part makes an array of a list."""
+
 
 def solve_spd(A: Traceable, b: Traceable) -> Traceable:
     """Solve A x = b.

@@ -33,6 +33,8 @@ class Check(NamedTuple):
     FtcfaError."""
     unit: str = ""
     """Unit of the value, such as ``rad/s``; empty where it has none."""
+    search: tuple[float, float] | None = None
+    """Smallest and largest value that a tuner tries; None for what is not to be tuned."""
 
     def run(self, subject: str, value: Any) -> None:
         """Raise a FtcfaError if a value is wrong."""
@@ -232,8 +234,11 @@ def finite_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
 
 def positive_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
     """Raise a FtcfaError unless the values are a finite number > 0 or a list of them."""
+    if isinstance(values, Real):
+        return positive(subject, values, unit)
     expected = _with_unit("numbers > 0", unit)
     _check_each(subject, values, lambda x: np.isfinite(x) & (x > 0), expected)
+    return None
 
 
 def not_negative_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:

@@ -6,20 +6,38 @@ A part declares its parameters in one table, by name:
 """
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
 
 from ftcfa.arrays import Array
 from ftcfa.checks import check_field, check_fields
+from ftcfa.errors import ShapeError
 
 
 class Part:
     """Base of the dataclasses that are parts: it checks every field as its type declares."""
 
+    per_joint: ClassVar[tuple[str, ...]] = ()
+    """Fields that have one number for all joints, or one for each; lists become arrays."""
+
     def __post_init__(self) -> None:
         check_fields(self)
+        for name in self.per_joint:
+            if isinstance(getattr(self, name), Sequence):
+                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+
+    def check_joints(self, n: int) -> None:
+        """Raise ShapeError unless each of the fields `per_joint` suits n joints."""
+        for name in self.per_joint:
+            values = getattr(self, name)
+            if np.shape(values) not in ((), (n,)):
+                subject, got = f"{type(self).__name__} {name}", f"{np.size(values)} numbers"
+                expected = f"one number, or one for each of {n} joints"
+                raise ShapeError(subject, got, expected, field=name)
 
 
 def any_finite(part: Any, values: Array) -> None:
@@ -71,6 +89,11 @@ def number_field(
         return with_fields(part, {name: value})
 
     return Parameter(replaced, check or constructed, whole_steps=whole_steps)
+
+
+def checked_fields(*names: str) -> Parameters:
+    """Parameters that are fields with one number for all joints or one for each."""
+    return {name: checked_field(name) for name in names}
 
 
 def checked_field(name: str) -> Parameter:

@@ -1,13 +1,12 @@
 """Computed torque: PD control through the inverse of the nominal dynamics."""
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from ftcfa.checks import Check, positive
-from ftcfa.control.gains import Gains
+from ftcfa.control.gains import A1, A2, PositionRate, VelocityRate
 from ftcfa.control.protocol import Desired, Measured, MemorylessLaw, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import inertial_force
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, checked_fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +26,11 @@ class ComputedTorque(MemorylessLaw):
 
     quantities: ClassVar[Quantities] = {"z1": Quantity("rad", "tracking error")}
 
-    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
-    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
+    position_rate: PositionRate = A1
+    velocity_rate: VelocityRate = A2
 
-    varies: ClassVar[Parameters] = number_fields("position_rate", "velocity_rate")
+    per_joint: ClassVar = ("position_rate", "velocity_rate")
+    varies: ClassVar[Parameters] = checked_fields(*per_joint)
 
     def signals(self, measured: Measured, desired: Desired) -> Signals:
         """The signals of one sample: see `ftcfa.control.protocol.Controller`."""

@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from ftcfa.arrays import Traceable
+from ftcfa.arrays import Joints, Traceable
 from ftcfa.checks import Check, positive
 from ftcfa.control.fractional import sig
 from ftcfa.errors import UnknownNameError
@@ -58,7 +58,7 @@ class CommandFilter(Protocol):
 
 
 def implicit_super_twisting(
-    x: Traceable, nu: Traceable, r1: float, r2: float, period: float
+    x: Traceable, nu: Traceable, r1: Joints, r2: Joints, period: float
 ) -> tuple[Traceable, Traceable]:
     """One implicit step of x' = -r1 sig(x, 1/2) + nu, nu' = -r2 sign(x), solved in closed form.
 
@@ -98,8 +98,8 @@ class _LevantFilter(Part):
         r2: Gain of the sign term, (6) [rad/s^3]; for |alpha''| <= L: r1 = 1.5 sqrt(L), r2 = 1.1 L.
     """
 
-    r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)")] = 750.0
-    r2: Annotated[float, Check(positive, "rad/s^3")] = 180.0
+    r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)", (10.0, 1e4))] = 750.0
+    r2: Annotated[float, Check(positive, "rad/s^3", (1.0, 1e5))] = 180.0
 
     varies: ClassVar[Parameters] = number_fields("r1", "r2")
 
@@ -155,7 +155,7 @@ class SecondOrderFilter(Part):
         zeta: Damping ratio.
     """
 
-    omega: Annotated[float, Check(positive, "rad/s")] = 265.0
+    omega: Annotated[float, Check(positive, "rad/s", (10.0, 3000.0))] = 265.0
     zeta: Annotated[float, Check(positive)] = 1.0
 
     varies: ClassVar[Parameters] = number_fields("omega", "zeta")
@@ -203,7 +203,7 @@ class ProperFilter(Part):
         L: Bound of |alpha'''| [rad/s^4].
     """
 
-    L: Annotated[float, Check(positive, "rad/s^4")] = 1e6
+    L: Annotated[float, Check(positive, "rad/s^4", (1e2, 1e9))] = 1e6
 
     varies: ClassVar[Parameters] = number_fields("L")
 
@@ -262,6 +262,6 @@ def command_filter(choice: "str | CommandFilter") -> CommandFilter:
     return FILTERS[choice]()
 
 
-def leaky_step(x: Traceable, rate: float, drive: Traceable, period: float) -> Traceable:
+def leaky_step(x: Traceable, rate: Joints, drive: Traceable, period: float) -> Traceable:
     """One Euler step of x' = -rate x + drive with implicit decay, stable for any rate >= 0."""
     return (x + period * drive) / (1.0 + period * rate)

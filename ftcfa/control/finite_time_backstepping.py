@@ -60,7 +60,7 @@ class FiniteTimeBackstepping(MemorylessLaw):
     }
 
     gains: Annotated[Gains, Check(check_gains)] = field(default_factory=Gains)
-    width: Annotated[float, Check(not_negative, "rad or m")] = 0.0
+    width: Annotated[float, Check(not_negative, "rad or m", (1e-4, 0.3))] = 0.0
     compensation: Compensation = "bias"
 
     varies: ClassVar[Parameters] = number_fields("width")

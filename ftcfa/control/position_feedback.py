@@ -7,10 +7,10 @@ import numpy as np
 
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, positive
-from ftcfa.control.gains import Gains
+from ftcfa.control.gains import A1, A2, PositionRate, VelocityRate
 from ftcfa.control.protocol import Desired, Law, Measured, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import inertial_force
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, checked_fields, number_fields
 
 UNKNOWN = 1.0
 """Variance of the first position before it is read [rad^2 or m^2]: large beside any encoder's."""
@@ -69,15 +69,17 @@ class PositionFeedback(Law):
         "dz1": Quantity("rad/s", "estimated velocity error"),
     }
 
-    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
-    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
-    acceleration: Annotated[float, Check(positive, "rad/s^2/sqrt(Hz)")] = 1.0
+    position_rate: PositionRate = A1
+    velocity_rate: VelocityRate = A2
+    acceleration: Annotated[float, Check(positive, "rad/s^2/sqrt(Hz)", (0.03, 300.0))] = 1.0
     noise: Annotated[float, Check(positive, "rad")] = 1e-5
     speed: Annotated[float, Check(positive, "rad/s")] = 1.0
 
-    varies: ClassVar[Parameters] = number_fields(
-        "position_rate", "velocity_rate", "acceleration", "noise", "speed"
-    )
+    per_joint: ClassVar = ("position_rate", "velocity_rate")
+    varies: ClassVar[Parameters] = {
+        **checked_fields(*per_joint),
+        **number_fields("acceleration", "noise", "speed"),
+    }
 
     def init(self, measured: Measured, desired: Desired) -> ErrorEstimate:
         """The arm at rest, somewhere near its first reading."""

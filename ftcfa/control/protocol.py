@@ -14,7 +14,7 @@ import numpy as np
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, having
 from ftcfa.model.dynamics import Dynamics
-from ftcfa.parts import Part
+from ftcfa.parts import Part, fields_of
 
 Signals: TypeAlias = dict[str, Traceable]
 """Values that a law computes in one step, by name; ``u`` is the commanded torque."""
@@ -104,6 +104,12 @@ class Law(Part):
     """
 
     nominal: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for part in (self, *fields_of(self).values()):
+            if isinstance(part, Part):
+                part.check_joints(self.nominal.n)
 
     def known_force(
         self, choice: Compensation, q: Traceable, v: Traceable, v_r: Traceable

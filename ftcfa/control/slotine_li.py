@@ -8,7 +8,7 @@ import numpy as np
 from ftcfa.arrays import Traceable
 from ftcfa.checks import Check, having, positive
 from ftcfa.control.filters import leaky_step
-from ftcfa.control.gains import Gains
+from ftcfa.control.gains import A1, A2
 from ftcfa.control.protocol import Desired, Law, Measured, Quantities, Quantity, Signals
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import inertial_force
@@ -67,10 +67,10 @@ class SlotineLi(Law):
     }
 
     nominal: Annotated[Arm, Check(having("regressor", "an Arm, such as load_arm gives"))]
-    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
-    velocity_rate: Annotated[float, Check(positive, "1/s")] = Gains().velocity_rate
-    adaptation_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 10.0
-    leakage: Annotated[float, Check(positive, "1/s")] = Gains().position_rate / 100.0
+    position_rate: Annotated[float, Check(positive, "1/s", (0.3, 300.0))] = A1
+    velocity_rate: Annotated[float, Check(positive, "1/s", (1.0, 1000.0))] = A2
+    adaptation_rate: Annotated[float, Check(positive, "1/s", (1e-3, 100.0))] = A1 / 10.0
+    leakage: Annotated[float, Check(positive, "1/s", (1e-4, 100.0))] = A1 / 100.0
 
     varies: ClassVar[Parameters] = number_fields(
         "position_rate", "velocity_rate", "adaptation_rate", "leakage"

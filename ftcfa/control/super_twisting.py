@@ -5,13 +5,13 @@ from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Traceable
-from ftcfa.checks import Check, positive
+from ftcfa.arrays import Joints, Traceable
+from ftcfa.checks import Check, positive_numbers
 from ftcfa.control.filters import implicit_super_twisting
-from ftcfa.control.gains import Gains
+from ftcfa.control.gains import A1, A2, PositionRate
 from ftcfa.control.protocol import Desired, Law, Measured, Quantities, Quantity, Signals
 from ftcfa.model.dynamics import inertial_force
-from ftcfa.parts import Parameters, number_fields
+from ftcfa.parts import Parameters, checked_fields
 
 
 class SuperTwistingState(NamedTuple):
@@ -59,11 +59,14 @@ class SuperTwisting(Law):
         "nu": Quantity("rad/s^2", "integral part of the acceleration"),
     }
 
-    position_rate: Annotated[float, Check(positive, "1/s")] = Gains().position_rate
-    r1: Annotated[float, Check(positive, "rad^(1/2)/s^(3/2)")] = Gains().velocity_rate
-    r2: Annotated[float, Check(positive, "rad/s^3")] = 1.1 * (Gains().velocity_rate / 1.5) ** 2
+    position_rate: PositionRate = A1
+    r1: Annotated[Joints, Check(positive_numbers, "rad^(1/2)/s^(3/2)", (1.0, 1000.0))] = A2
+    r2: Annotated[Joints, Check(positive_numbers, "rad/s^3", (0.1, 100000.0))] = (
+        1.1 * (A2 / 1.5) ** 2
+    )
 
-    varies: ClassVar[Parameters] = number_fields("position_rate", "r1", "r2")
+    per_joint: ClassVar = ("position_rate", "r1", "r2")
+    varies: ClassVar[Parameters] = checked_fields(*per_joint)
 
     def init(self, measured: Measured, desired: Desired) -> SuperTwistingState:
         """nu(0) = 0."""

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array, Traceable, is_off
+from ftcfa.arrays import Array, Joints, Traceable, is_off
 from ftcfa.checks import (
     Check,
     finite_numbers,
@@ -18,7 +18,7 @@ from ftcfa.control.low_pass import low_pass
 from ftcfa.control.protocol import BaseReading
 from ftcfa.errors import ParameterError
 from ftcfa.hardware.delay import Line, delayed, filled, pushed, steps_in, whole_steps
-from ftcfa.hardware.sensors import Joints, time_within, with_largest
+from ftcfa.hardware.sensors import time_within, with_largest
 from ftcfa.parts import Parameters, Part, checked_field, number_fields
 
 HALF = 0.5

@@ -5,23 +5,12 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ftcfa.arrays import Array, Traceable, is_off
+from ftcfa.arrays import Array, Joints, Traceable, is_off
 from ftcfa.checks import Check, not_negative, not_negative_numbers, positive_or_infinite_numbers
 from ftcfa.control.low_pass import low_pass
-from ftcfa.hardware.delay import (
-    Line,
-    check_sizes,
-    delayed,
-    filled,
-    lists_as_arrays,
-    pushed,
-    quantised,
-)
-from ftcfa.hardware.sensors import Joints, time_within, with_largest
-from ftcfa.parts import Parameters, Part, checked_field
-
-PER_JOINT = ("rate_limit", "resolution", "bandwidth", "ripple", "effort_limit")
-"""Fields with one number for all joints, or one for each."""
+from ftcfa.hardware.delay import Line, delayed, filled, pushed, quantised
+from ftcfa.hardware.sensors import time_within, with_largest
+from ftcfa.parts import Parameters, Part, checked_fields
 
 
 class Drive(NamedTuple):
@@ -70,19 +59,15 @@ class Actuators(Part):
     ripple: Annotated[Joints, Check(not_negative_numbers, "N m")] = 0.0
     effort_limit: Annotated[Joints, Check(positive_or_infinite_numbers, "N m")] = np.inf
 
+    per_joint: ClassVar = ("rate_limit", "resolution", "bandwidth", "ripple", "effort_limit")
     varies: ClassVar[Parameters] = {
-        **{name: checked_field(name) for name in PER_JOINT},
+        **checked_fields(*per_joint),
         "delay": time_within("delay", "largest_delay"),
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        lists_as_arrays(self, PER_JOINT)
         with_largest(self, "delay", "largest_delay")
-
-    def check(self, n: int) -> None:
-        """Raise ShapeError unless the actuators fit an arm of n joints."""
-        check_sizes(self, PER_JOINT, n)
 
     def limit(self, arm_limit: Traceable) -> Traceable:
         """The limits that hold, those of the arm or of the motors, shape (n,) [N m or N]."""

@@ -1,6 +1,5 @@
 """Delays of whole integration steps, and the other small blocks that sensors and motors share."""
 
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Traceable, is_known, is_off
 from ftcfa.checks import numbers
-from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.errors import ParameterError
 
 Line = tuple[Traceable, ...]
 """The last values of a signal, the newest first: its values one, two, ... steps ago."""
@@ -58,20 +57,3 @@ def quantised(x: Traceable, resolution: Any) -> Traceable:
         return x
     size = np.where(resolution > 0, resolution, 1.0)
     return np.where(resolution > 0, size * np.floor(x / size + 0.5), x)
-
-
-def lists_as_arrays(part: Any, names: Iterable[str]) -> None:
-    """Replace lists in some fields of a part by arrays."""
-    for name in names:
-        if isinstance(getattr(part, name), Sequence):
-            object.__setattr__(part, name, np.asarray(getattr(part, name), dtype=float))
-
-
-def check_sizes(part: Any, names: Iterable[str], n: int) -> None:
-    """Raise ShapeError unless each of some fields has one number, or one for each of n joints."""
-    for name in names:
-        values = getattr(part, name)
-        if np.shape(values) not in ((), (n,)):
-            subject, got = f"{type(part).__name__} {name}", f"{np.size(values)} numbers"
-            expected = f"one number, or one for each of {n} joints"
-            raise ShapeError(subject, got, expected, field=name)

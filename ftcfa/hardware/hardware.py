@@ -91,9 +91,9 @@ class Hardware(Part):
             remedy = f"give the loop period={self.period:g}"
             raise ParameterError("hardware", got, expected, remedy, field="period")
         with about("sensors"):
-            self.sensors.check(n)
+            self.sensors.check_joints(n)
         with about("actuators"):
-            self.actuators.check(n)
+            self.actuators.check_joints(n)
         if self.accelerometer is not None:
             with about("accelerometer"):
                 self.accelerometer.check(period, step)

@@ -4,26 +4,15 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ftcfa.arrays import Array, Traceable, is_off
+from ftcfa.arrays import Array, Joints, Traceable, is_off
 from ftcfa.checks import Check, finite_numbers, having, not_negative, not_negative_numbers
 from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import (
-    Line,
-    check_sizes,
-    delayed,
-    filled,
-    lists_as_arrays,
-    pushed,
-    quantised,
-)
+from ftcfa.hardware.delay import Line, delayed, filled, pushed, quantised
 from ftcfa.hardware.velocity import VelocityEstimator
-from ftcfa.parts import Parameter, Parameters, Part, checked_field, number_field
+from ftcfa.parts import Parameter, Parameters, Part, checked_fields, number_field
 
 AN_ESTIMATOR = "an estimator of velocities, such as BackwardDifference(50.0), or None"
-Joints = npt.ArrayLike
-"""One number for all joints, or one for each."""
 
 
 def share(subject: str, value: Any) -> None:
@@ -57,10 +46,6 @@ def with_largest(part: Any, name: str, largest: str) -> None:
     elif most < time:
         subject = f"{type(part).__name__} {largest}"
         raise ParameterError(subject, f"{most:g} s", f"{name} or more, {time:g} s", field=largest)
-
-
-PER_JOINT = ("resolution", "noise", "offset", "velocity_noise")
-"""Fields with one number for all joints, or one for each."""
 
 
 class SensorMemory(NamedTuple):
@@ -104,15 +89,15 @@ class Sensors(Part):
     largest_latency: Annotated[float | None, Check(not_negative, "s")] = None
     dropped: Annotated[float, Check(share)] = 0.0
 
+    per_joint: ClassVar = ("resolution", "noise", "offset", "velocity_noise")
     varies: ClassVar[Parameters] = {
-        **{name: checked_field(name) for name in PER_JOINT},
+        **checked_fields(*per_joint),
         "latency": time_within("latency", "largest_latency"),
         "dropped": number_field("dropped"),
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        lists_as_arrays(self, PER_JOINT)
         with_largest(self, "latency", "largest_latency")
         if self.velocity is not None and not is_off(self.velocity_noise):
             got = f"{self.velocity_noise} beside velocities that are estimated"
@@ -122,10 +107,6 @@ class Sensors(Part):
     def _errors(self) -> tuple[Any, Any]:
         """Offset and noise of positions: numbers, arrays or symbols."""
         return self.offset, self.noise
-
-    def check(self, n: int) -> None:
-        """Raise ShapeError unless the sensors fit an arm of n joints."""
-        check_sizes(self, PER_JOINT, n)
 
     def normals(self, n: int) -> int:
         """Number of deviates of a sample: of positions, velocities, and two for a lost sample."""

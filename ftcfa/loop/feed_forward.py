@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array
 from ftcfa.control.feed_forward import FeedForward
-from ftcfa.control.gains import Gains
+from ftcfa.control.gains import A1, A2
 from ftcfa.errors import ParameterError
 from ftcfa.hardware.hardware import Hardware
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -78,9 +78,8 @@ def feed_forward_band(loop: ClosedLoop) -> FeedForwardBand:
     f = np.fft.rfftfreq(len(motion), step)
     load = np.fft.rfft(motion, axis=0) @ coupling.T  # (F, n)
     s = 2j * np.pi * f
-    a1, a2 = Gains().position_rate, Gains().velocity_rate
-    W = 1.0 / ((s + a1) * (s + a2))
-    T = ((a1 + a2) * s + a1 * a2) * W
+    W = 1.0 / ((s + A1) * (s + A2))
+    T = ((A1 + A2) * s + A1 * A2) * W
     H = _chain(hardware, loop.period, step, cast(Spectrum, s))
     limit = np.broadcast_to(np.asarray(hardware.actuators.rate_limit, dtype=float), nominal.n)
     noise = _noise(hardware, coupling, len(motion), step)

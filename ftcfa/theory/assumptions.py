@@ -1,5 +1,7 @@
 """The loops to which Theorem 1 applies: the paper's whole controller, white noise or none."""
 
+import numpy as np
+
 from ftcfa.control.ftcf import FTCF
 from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
@@ -11,7 +13,8 @@ def paper_law(loop: ClosedLoop) -> FTCF:
     """The controller of a loop, checked to be the paper's with all its parts.
 
     Raises:
-        ParameterError: If it is another law, or a part of it is switched off.
+        ParameterError: If it is another law, a part of it is switched off, or a gain differs from
+            joint to joint.
     """
     law = loop.controller
     if not isinstance(law, FTCF):
@@ -23,6 +26,10 @@ def paper_law(loop: ClosedLoop) -> FTCF:
     if law.anti_saturation != "paper":
         got, remedy = repr(law.anti_saturation), "Theorem 1 is about (11) as printed"
         raise ParameterError("controller anti_saturation", got, "'paper'", remedy)
+    for name in law.gains.per_joint:
+        if np.ndim(getattr(law.gains, name)):
+            expected = "one number for all joints, as in Theorem 1"
+            raise ParameterError(f"controller gains {name}", "a number for each joint", expected)
     return law
 
 

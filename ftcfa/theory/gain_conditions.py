@@ -55,14 +55,15 @@ def gain_conditions(
 
         k1 >= 3/2 w_s/(w_s - 1/4),   k2 >= 1/4 w_s/(w_s - 1/4),   s > 0
 
-    and r1 >= 1.5 sqrt(L) for the filter, which only keeps pi1 small.
+    and r1 >= 1.5 sqrt(L) for the filter, which only keeps pi1 small. k1 and k2 are the smallest of
+    the joints.
     """
-    w = weight
+    w, k1, k2 = weight, float(np.min(gains.k1)), float(np.min(gains.k2))
     s = compensation_coefficient(n, gains.kappa, w)
     lacking = "3/(kappa+3) of (29): (17) lacks the factor n^((1-kappa)/2)"
     conditions = [
-        Condition("k1", gains.k1, 1.5 * w / (w - 0.25), "k1 = 2, which is for w_s = 1 (28)"),
-        Condition("k2", gains.k2, 0.25 * w / (w - 0.25), "k2 = 1/3, which is for w_s = 1 (28)"),
+        Condition("k1", k1, 1.5 * w / (w - 0.25), "k1 = 2, which is for w_s = 1 (28)"),
+        Condition("k2", k2, 0.25 * w / (w - 0.25), "k2 = 1/3, which is for w_s = 1 (28)"),
         Condition("s", s, 0.0, lacking, strict=True),
     ]
     L = filter_bound(command_filter)
@@ -104,7 +105,7 @@ def default_weight(n: int, gains: Gains) -> float:
     """
     s = compensation_coefficient(n, gains.kappa, 1.0)
     w = 1.0 if s >= gains.kappa / (gains.kappa + 3) else 1.0 - s + 3 / (gains.kappa + 3)
-    for k, least in ((gains.k1, 1.5), (gains.k2, 0.25)):
+    for k, least in ((float(np.min(gains.k1)), 1.5), (float(np.min(gains.k2)), 0.25)):
         if k > least:
             needed = 0.25 * k / (k - least)
             w = needed if needed > w * (1 + ROUNDING) else w
