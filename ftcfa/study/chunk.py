@@ -50,7 +50,6 @@ def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Data
         values and squares over (sum, power, time, quantity), and the filled bins of the sketch of
         quantiles: ``filled``, their numbers, and ``count``, the number of paths in each.
     """
-    metrics = cast(PathMetrics, loop.observer)
     moments, filled, count = [], [], []
     for entry, values in _slices(loop, plan, run.paths.signals):
         moments.append(sums_of(Moments.of(np.stack([values, values * values], axis=1))))
@@ -58,19 +57,26 @@ def count_chunk(loop: ClosedLoop, plan: Plan, paths: range, run: Run) -> xr.Data
         bins = np.flatnonzero(counts != 0)
         filled.append((bins + entry * BINS).astype(np.uint32))
         count.append(counts[bins])
-    per_path = metrics.results(run.paths.observed, loop.period)
+    return (
+        metrics_of(loop, run)
+        .assign_coords(path=np.array(paths))
+        .assign(
+            {
+                "moments": (("sum", "power", "time", "quantity"), np.concatenate(moments, axis=2)),
+                "filled": ("bin", np.concatenate(filled)),
+                "count": ("bin", np.concatenate(count)),
+            }
+        )
+    )
+
+
+def metrics_of(loop: ClosedLoop, run: Run) -> xr.Dataset:
+    """The metrics and the outcome of each path of an observed loop that was run."""
+    per_path = cast(PathMetrics, loop.observer).results(run.paths.observed, loop.period)
     at = run.paths.diverged_at
     per_path["outcome_time"] = np.where(np.isfinite(at), at, per_path["outcome_time"])
-    return xr.Dataset(
-        {
-            **{name: (PATH_DIMENSIONS[: rows.ndim], rows) for name, rows in per_path.items()},
-            "diverged_at": ("path", at),
-            "moments": (("sum", "power", "time", "quantity"), np.concatenate(moments, axis=2)),
-            "filled": ("bin", np.concatenate(filled)),
-            "count": ("bin", np.concatenate(count)),
-        },
-        coords={"path": np.array(paths)},
-    )
+    rows = {name: (PATH_DIMENSIONS[: rows.ndim], rows) for name, rows in per_path.items()}
+    return xr.Dataset({**rows, "diverged_at": ("path", at)})
 
 
 def _slices(loop: ClosedLoop, plan: Plan, signals: Signals) -> Iterator[tuple[int, Array]]:

@@ -424,8 +424,8 @@ def test_values_that_are_no_numbers_are_refused(loop, engine):
 @pytest.mark.parametrize(
     ("name", "values", "expected"),
     [
-        ("controller__gains__c1", [1.0, -0.5, 2.0], "Gains c1: -0.5, expected a number > 0"),
-        ("controller__gains__c1", [1.0, 0.0, 2.0], "Gains c1: 0.0, expected a number > 0"),
+        ("controller__gains__c1", [1.0, -0.5, 2.0], "expected numbers > 0"),
+        ("controller__gains__c1", [1.0, 0.0, 2.0], "expected numbers > 0"),
         ("controller__gains__kappa", [0.5, 1.5, 0.7], "Gains kappa: 1.5, expected 0 < kappa <= 1"),
         ("controller__filter__r2", [1.0, -3.0, 2.0], "ImplicitFilter r2: -3.0"),
         ("arm__damping", -np.ones((3, 3)), "friction of double_pendulum: -1, expected numbers >="),

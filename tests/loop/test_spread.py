@@ -101,7 +101,7 @@ def test_an_ensemble_counts_errors_from_each_path_s_own_reference():
         ({"reference_scales": (0.0, 1.0)}, "mean 'reference_scale'"),
         ({"reference_scale": 2.0}, "spread of reference_scale: 2.0, expected a smallest and a"),
         ({"reference_scale": (2.0, 1.0)}, "expected a smallest and a largest number"),
-        ({"controller.gains.c1": (-1.0, 1.0)}, "expected a number > 0"),
+        ({"controller.gains.c1": (-1.0, 1.0)}, "expected numbers > 0"),
         ({"vibration.level": (-1.0, 1.0)}, "expected"),
     ],
 )

@@ -160,7 +160,7 @@ def test_progress_counts_to_the_decision(loop):
         ({"share": 1.0}, "Specification share: 1.0, expected a number between 0 and 1"),
         ({"confidence": 0.5}, "Specification confidence: 0.5, expected 2/3 or more"),
         ({"budget": 0}, "Specification budget: 0, expected an integer >= 1"),
-        ({"effort": -1.0}, "Specification effort: -1.0, expected numbers > 0 [N m or N]"),
+        ({"effort": -1.0}, "Specification effort: -1.0, expected a number > 0 [N m or N]"),
         (
             {"torque_rate": [1, 0]},
             "Specification torque_rate: [1.0, 0.0], expected numbers > 0 [N m/s or N/s]",

@@ -128,20 +128,42 @@ def _trace_anew(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str]) -
     return replace(code, preparations=preparations)
 
 
+def without_effect(loop: ClosedLoop, varied: Sequence[str]) -> tuple[str, ...]:
+    """Those of some parameters on which the motion does not depend.
+
+    Raises:
+        TracingError: If the loop cannot be traced.
+    """
+    with _lock, interrupts_wait():
+        try:
+            return _idle(loop, _trace_anew(loop, (), varied))
+        except TracingError:
+            raise
+        except Exception as error:
+            raise _not_traceable(loop, error) from error
+
+
 def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
     """Raise ParameterError if the motion does not depend on a varied parameter."""
+    for name in _idle(loop, code):
+        got, expected = "no effect on the motion", "a number that the loop computes with"
+        raise ParameterError(f"varied {name}", got, expected)
+
+
+def _idle(loop: ClosedLoop, code: TracedLoop) -> tuple[str, ...]:
+    """Names of the varied parameters of code on which the motion does not depend."""
     used = np.zeros(code.init.nnz_in(code.init.n_in() - 1), dtype=bool)
     for function in (code.init, code.first):
         last = function.n_in() - 1
         for output in range(function.n_out()):
             used |= np.asarray(function.jac_sparsity(output, last).T, dtype=bool).any(axis=1)
-    start = 0
+    start, idle = 0, []
     for name, prepare in code.preparations:
         end = start + max(1, size(prepare(parameter(loop, name)[None])))
         if not used[start:end].any():
-            got, expected = "no effect on the motion", "a number that the loop computes with"
-            raise ParameterError(f"varied {name}", got, expected)
+            idle.append(name)
         start = end
+    return tuple(idle)
 
 
 def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:

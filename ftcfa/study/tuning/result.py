@@ -1,0 +1,123 @@
+"""The answer of `tune`: gains, what they cost, and how sure that is."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import xarray as xr
+
+from ftcfa.arrays import Array
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.study.comparison import compare
+from ftcfa.study.plan import Plan
+from ftcfa.study.tuning.objective import Objective, Score
+from ftcfa.study.tuning.space import Space
+
+FRESH = 1 << 63
+"""Bit of the seed that the paths of a validation have and those of a search do not."""
+VALIDATION = 1000
+"""Number of paths of a validation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tuning:
+    """Gains that a search found.
+
+    Attributes:
+        given: The loop as it was given.
+        space: What was searched.
+        point: Point of the search, shape (d,); None if the loop as given was not bettered.
+        objective: What was to be small.
+        plan: How paths were run.
+        excess: By how much the gains exceed the limits, relative to each; 0 if they keep all.
+        cost: Cost in the final, on paths that all finalists and the loop as given ran.
+        cost_given: Cost of the loop as given on the same paths.
+        cost_in_search: Cost of the winner of the last generation on that generation's paths: what
+            the search believed.
+        history: All candidates over ``generation`` and ``candidate``: their parameters, ``cost``,
+            ``excess`` and the ``stage`` of the race after which they left; ``cost_given``.
+    """
+
+    given: ClosedLoop
+    space: Space
+    point: Array | None
+    objective: Objective
+    plan: Plan
+    excess: float
+    cost: float
+    cost_given: float
+    cost_in_search: float
+    history: xr.Dataset
+
+    @cached_property
+    def loop(self) -> ClosedLoop:
+        """The loop with the gains that were found."""
+        return self.given if self.point is None else self.space.loop_at(self.given, self.point)
+
+    @property
+    def gains(self) -> dict[str, float | list[float]]:
+        """The gains by dotted name; a list where each joint has its own."""
+        if self.point is None:
+            return {name: value.tolist() for name, value in self.space.start.items()}
+        values = self.space.values(self.point[None])
+        return {name: rows[0].tolist() for name, rows in values.items()}
+
+    @property
+    def tried(self) -> int:
+        """Number of candidates that were tried."""
+        return self.history.sizes["generation"] * self.history.sizes["candidate"]
+
+    def validate(self, paths: int = VALIDATION, **options: Any) -> xr.Dataset:
+        """Compare the loop as given with the tuned one, on paths that no search has used.
+
+        Args:
+            paths: Number of paths of each.
+            options: Further arguments of `ftcfa.compare`.
+
+        Returns:
+            The Dataset of `ftcfa.compare`, with the attributes ``cost``, ``cost_given`` and
+            ``excess``.
+        """
+        plan = self.plan
+        loops = {"as given": self.given, "tuned": self.loop}
+        if self.point is None:
+            loops = {"as given": self.given, "as given, again": self.given}
+        found = compare(
+            loops, paths, plan.duration, seed=plan.seed ^ FRESH, tolerance=plan.tolerance,
+            after=plan.after, lost=plan.lost, **options,
+        )  # fmt: skip
+        score = self.score_of(found)
+        (given, cost), excess = score.cost.tolist(), float(score.excess[1])
+        return found.assign_attrs(cost=cost, cost_given=given, excess=excess)
+
+    def score_of(self, found: xr.Dataset) -> Score:
+        """Scores of the loops of a comparison, of which the first is the loop as given."""
+        values = {name: found["values"].sel(metric=name).values for name in self.objective.metrics}
+        return self.objective.score(values, {name: rows[0] for name, rows in values.items()})
+
+    def __str__(self) -> str:
+        searched = f"{self.tried} candidates of {len(self.space.names)} numbers"
+        if self.excess > 0:
+            lines = [
+                f"no: none of {searched} keeps the limits; the best exceeds them by "
+                f"{self.excess:.3g} in sum, relative to each"
+            ]
+        elif self.point is None:
+            lines = [f"none of {searched} is better than the loop as given ({self.cost:.4g})"]
+        else:
+            share = 1.0 - self.cost / self.cost_given
+            lines = [
+                f"cost {self.cost_given:.4g} -> {self.cost:.4g} ({share:.0%} less) by {searched}; "
+                f"the search believed {self.cost_in_search:.4g}"
+            ]
+        for name, value in self.gains.items():
+            unit = self.space.ranges[name].unit
+            before = _shown(self.space.start[name].tolist())
+            lines.append(f"  {name} = {_shown(value)} (was {before}){unit and f' [{unit}]'}")
+        return "\n".join(lines)
+
+
+def _shown(value: float | list[float]) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(f'{x:.4g}' for x in value)}]"
+    return f"{value:.4g}"

@@ -1,0 +1,142 @@
+"""Candidates tried on the same paths: the same noise, the same robots, other gains.
+
+All candidates of a batch run at once, their gains as inputs of the same compiled code. In a race
+the worse half leaves after a quarter and again after half of the paths; `ftcfa.study.tuning.tune`
+needs the order of the better half only, which the race keeps.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ftcfa.arrays import Array
+from ftcfa.engine.run import run_paths, samples_of
+from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.study.chunk import metrics_of
+from ftcfa.study.metrics.compared import COMPARED
+from ftcfa.study.plan import Plan
+from ftcfa.study.tuning.objective import Objective, Score
+from ftcfa.study.tuning.space import Space
+
+STAGES = (0.25, 0.5, 1.0)
+"""Shares of the paths after which the worse half of a race leaves."""
+NOTHING_RECORDED = 10**9
+"""Number of samples from one that is recorded to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """How candidates are tried.
+
+    Attributes:
+        loop: The loop as given.
+        plan: Duration, seed, tolerance and the other numbers that metrics depend on.
+        objective: What is to be small.
+        space: What a candidate is.
+        threads: Number of threads; by default all that this process may use.
+        condition: What else must hold of a candidate's loop: above zero by how much it does not.
+    """
+
+    loop: ClosedLoop
+    plan: Plan
+    objective: Objective
+    space: Space
+    threads: int | None = None
+    condition: Callable[[ClosedLoop], float] | None = None
+
+    def metrics(self, points: Array, paths: range) -> dict[str, Array]:
+        """Metrics of candidates, shape (candidates, d), on paths: each (candidates, paths)."""
+        observed, count = self.plan.observed(self.loop), len(paths)
+        samples = samples_of(observed, self.plan.duration)
+        numbers = np.tile(np.array(paths, dtype=np.uint64), len(points))
+        vary = {
+            name: np.repeat(rows, count, axis=0) for name, rows in self.space.values(points).items()
+        }
+        run = run_paths(
+            observed, samples, NOTHING_RECORDED, self.plan.seed, numbers, [], vary, self.threads
+        )
+        found = metrics_of(observed, run).assign_attrs(duration=self.plan.duration)
+        limit = self.loop.arm.effort_limit
+        return {
+            name: COMPARED[name].values(found, limit).reshape(len(points), count)
+            for name in self.objective.metrics
+        }
+
+    def compared(self, points: Array, paths: range) -> tuple[Score, Score]:
+        """Scores of candidates and of the loop as given, all on the same paths."""
+        together = self.metrics(np.vstack([self.space.unit_start, points]), paths)
+        score, given = self._scores(together)
+        return score._replace(excess=score.excess + self._broken(points)), given
+
+    def _broken(self, points: Array) -> Array:
+        """By how much candidates break the condition, shape (candidates,)."""
+        if self.condition is None:
+            return np.zeros(len(points))
+        loops = (self.space.loop_at(self.loop, point) for point in points)
+        return np.array([max(0.0, float(self.condition(loop))) for loop in loops])
+
+    def raced(self, points: Array, paths: range) -> "Race":
+        """Race candidates: see the module. The first stage runs a quarter of the paths."""
+        start, broken = self.space.unit_start[None], self._broken(points)
+        alive, known = np.arange(len(points)), None
+        stage = np.zeros(len(points), dtype=int)
+        excess, cost = np.full((2, len(points)), np.inf)
+        first = 0
+        for number, share in enumerate(STAGES):
+            last = max(first + 1, round(share * len(paths)))
+            new = self.metrics(np.vstack([start, points[alive]]), paths[first:last])
+            known = new if known is None else _joined(known, new)
+            score, given = self._scores(known)
+            score = score._replace(excess=score.excess + broken[alive])
+            stage[alive], excess[alive], cost[alive] = number, score.excess, score.cost
+            stay = np.sort(score.order[: -(-len(alive) // 2)])
+            if number + 1 < len(STAGES):
+                known = {name: rows[np.append(0, stay + 1)] for name, rows in known.items()}
+                alive, first = alive[stay], last
+        return Race(Score(excess, cost), stage, given)
+
+    def _scores(self, together: Mapping[str, Array]) -> tuple[Score, Score]:
+        """Scores of the candidates and of the loop as given, which is the first row."""
+        given = {name: rows[0] for name, rows in together.items()}
+        all_scores = self.objective.score(together, given)
+        return Score(*(x[1:] for x in all_scores)), Score(*(x[:1] for x in all_scores))
+
+
+@dataclass(frozen=True, eq=False)
+class Race:
+    """The end of a race.
+
+    Attributes:
+        score: Score of each candidate over the paths that it ran.
+        stage: Number of the stage after which each candidate left, shape (candidates,).
+        given: Score of the loop as given over all paths.
+    """
+
+    score: Score
+    stage: npt.NDArray[np.int_]
+    given: Score
+
+    @property
+    def rows(self) -> dict[str, Array]:
+        """All numbers by name."""
+        given = np.array([self.given.excess[0], self.given.cost[0]])
+        rows = {"excess": self.score.excess, "cost": self.score.cost}
+        return {**rows, "stage": self.stage, "given": given}
+
+    @classmethod
+    def of(cls, rows: Mapping[str, Array]) -> "Race":
+        """The race with the numbers of `rows`."""
+        score = Score(rows["excess"], rows["cost"])
+        given = Score(rows["given"][:1], rows["given"][1:])
+        return cls(score, rows["stage"].astype(int), given)
+
+    @property
+    def order(self) -> npt.NDArray[np.int_]:
+        """The candidates from the best to the worst: those that came further first."""
+        return np.lexsort((self.score.cost, self.score.excess, -self.stage))
+
+
+def _joined(known: Mapping[str, Array], new: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: np.concatenate([rows, new[name]], axis=1) for name, rows in known.items()}
