@@ -17,6 +17,7 @@ from ftcfa.control.protocol import Desired
 from ftcfa.engine.compiler import agreement
 from ftcfa.engine.compiler.agreement import AGAIN, DRIVE, MEMORY, MOTION, START, Sample
 from ftcfa.engine.compiler.constant_states import constant_entries, known_values
+from ftcfa.engine.compiler.effect import idle_parameters
 from ftcfa.engine.compiler.flatten import flat, leaves, like, size, split
 from ftcfa.engine.interrupts import interrupts_wait
 from ftcfa.errors import ParameterError, TracingError
@@ -102,7 +103,9 @@ def trace(loop: ClosedLoop, names: Sequence[str], varied: Sequence[str] = ()) ->
             raise
         except Exception as error:
             raise _not_traceable(loop, error) from error
-        _check_effect(loop, code)
+        for name in _idle(loop, code):
+            got, expected = "no effect on the motion", "a number that the loop computes with"
+            raise ParameterError(f"varied {name}", got, expected)
         known[key] = code
         return code
 
@@ -143,27 +146,9 @@ def without_effect(loop: ClosedLoop, varied: Sequence[str]) -> tuple[str, ...]:
             raise _not_traceable(loop, error) from error
 
 
-def _check_effect(loop: ClosedLoop, code: TracedLoop) -> None:
-    """Raise ParameterError if the motion does not depend on a varied parameter."""
-    for name in _idle(loop, code):
-        got, expected = "no effect on the motion", "a number that the loop computes with"
-        raise ParameterError(f"varied {name}", got, expected)
-
-
 def _idle(loop: ClosedLoop, code: TracedLoop) -> tuple[str, ...]:
     """Names of the varied parameters of code on which the motion does not depend."""
-    used = np.zeros(code.init.nnz_in(code.init.n_in() - 1), dtype=bool)
-    for function in (code.init, code.first):
-        last = function.n_in() - 1
-        for output in range(function.n_out()):
-            used |= np.asarray(function.jac_sparsity(output, last).T, dtype=bool).any(axis=1)
-    start, idle = 0, []
-    for name, prepare in code.preparations:
-        end = start + max(1, size(prepare(parameter(loop, name)[None])))
-        if not used[start:end].any():
-            idle.append(name)
-        start = end
-    return tuple(idle)
+    return idle_parameters(loop, (code.init, code.first), code.preparations)
 
 
 def _agrees(loop: ClosedLoop, code: TracedLoop) -> bool:
