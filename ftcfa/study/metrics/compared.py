@@ -62,6 +62,10 @@ def _diverged(run: xr.Dataset, _: Array) -> Array:
     return 1.0 * np.isfinite(run["diverged_at"].values)
 
 
+def _beyond_limits(run: xr.Dataset, _: Array) -> Array:
+    return 1.0 * np.isfinite(run["limit_broken_at"].values)
+
+
 def _failed(run: xr.Dataset, _: Array) -> Array:
     return 1.0 * (run["outcome"].values != KEPT)
 
@@ -111,6 +115,12 @@ COMPARED: dict[str, ComparedMetric] = {
         "1 for a path that is not kept: it loses track, breaks a limit or diverges",
         _failed,
         "failed",
+        binary=True,
+    ),
+    "beyond_limits": ComparedMetric(
+        "1",
+        "1 for a path that is beyond a limit of position or velocity at some time",
+        _beyond_limits,
         binary=True,
     ),
     "diverged": ComparedMetric(

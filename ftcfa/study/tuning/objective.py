@@ -152,13 +152,14 @@ def statistic(it: Term | Limit, values: Mapping[str, Array]) -> Array:
 
 
 def default_objective(loop: ClosedLoop) -> Objective:
-    """The error of the worst 5 % of the paths, at no more torque rate than the loop as given.
+    """The error of the worst 5 % of the paths; a second of settling counts as a milliradian.
 
-    A second of settling counts as a milliradian. All paths are kept; where a driver limits the
-    rate of a torque, at most 1 % of the samples are limited.
+    All paths are kept. On average the torque rate, the share of saturated samples and that of paths
+    beyond a limit of position or velocity are not above those of the loop as given. Where a driver
+    limits torque rates, it does so at 1 % of the samples at most.
     """
     terms = (Term("late_rms_error"), Term("settling_time", 1e-3, "mean"))
-    limits = [Limit("rms_torque_rate", None, "mean"), Limit("saturated", 0.01)]
+    limits = [Limit("rms_torque_rate"), Limit("saturated"), Limit("beyond_limits")]
     if loop.hardware is not None:
         limits.append(Limit("rate_limited", 0.01))
     return Objective(terms, tuple(limits))
