@@ -39,6 +39,7 @@ from .loop.base_predictor import base_predictor
 from .loop.closed_loop import ClosedLoop
 from .loop.feed_forward import FeedForwardBand, feed_forward_band, with_feed_forward
 from .loop.references import Constant, MinimumJerk, Sinusoid, Table
+from .loop.suggested_gains import suggest_gains
 from .model.arm import Arm
 from .model.pendulum import PaperPendulum
 from .model.uncertainty import Uncertainty
@@ -54,6 +55,11 @@ from .study.realised_spectrum import (
     realise_standard,
 )
 from .study.summary import replay, settled_in_mean_square, settling
+from .study.tuning.front import front
+from .study.tuning.objective import Limit, Objective, Term
+from .study.tuning.result import Tuning
+from .study.tuning.space import joint_by_joint, search_space
+from .study.tuning.tune import tune
 from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
 from .theory.bounds import bounds
@@ -122,10 +128,12 @@ __all__ = [
     "JointTorque",
     "Kalman",
     "Levant",
+    "Limit",
     "LinearFilter",
     "MinimumJerk",
     "ModelObserver",
     "NoiseInput",
+    "Objective",
     "PDGravity",
     "PaperPendulum",
     "PaperPendulumInput",
@@ -157,7 +165,9 @@ __all__ = [
     "SuperTwisting",
     "Superposition",
     "Table",
+    "Term",
     "TracingError",
+    "Tuning",
     "Uncertainty",
     "UnknownNameError",
     "UrdfError",
@@ -177,9 +187,11 @@ __all__ = [
     "estimate_spectrum",
     "feed_forward_band",
     "fit_filter",
+    "front",
     "hardware_profile",
     "inertia_bounds",
     "inertia_split",
+    "joint_by_joint",
     "load_arm",
     "load_experiment",
     "number_fields",
@@ -191,12 +203,15 @@ __all__ = [
     "realise_standard",
     "replay",
     "rivals",
+    "search_space",
     "settled_in_mean_square",
     "settling",
     "simulate",
     "simulate_paths",
     "standard",
     "standards",
+    "suggest_gains",
+    "tune",
     "verify",
     "with_feed_forward",
 ]

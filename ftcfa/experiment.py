@@ -26,23 +26,27 @@
     error = 0.02
     within = 2.0
 
+    [objective]                     # what `ftcfa tune` makes small
+    terms = [{ metric = "late_rms_error", statistic = "q95" }]
+    limits = [{ metric = "rms_torque_rate", at_most = 1000.0 }]
+
+    [space]                         # what it may change; without it all that the law declares
+    "controller.gains.c1" = [1.0, 100.0]
+
 The numbers of the run and of the `ClosedLoop` stand at the top, then a table for each of its parts.
 A key that is left out has the default of the Python API. A controller's nominal arm is the true one
 unless there is a table ``[controller.nominal]``.
 """
 
-import hashlib
 import json
 import os
-import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy.typing as npt
-import tomli_w
 import xarray as xr
 
 from ftcfa.checks import (
@@ -57,6 +61,7 @@ from ftcfa.checks import (
     probability,
 )
 from ftcfa.description.read import rebuild
+from ftcfa.description.text import digest, toml_text
 from ftcfa.description.write import document
 from ftcfa.errors import ExperimentError, FtcfaError, ParameterError
 from ftcfa.files import MAX_TOML, local_path, read_bounded, write_whole
@@ -64,10 +69,11 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import Part
 from ftcfa.study.ensemble import ensemble
 from ftcfa.study.summary import QUANTILES
+from ftcfa.study.tuning.objective import Objective
+from ftcfa.study.tuning.result import Tuning
+from ftcfa.study.tuning.space import check_ranges
+from ftcfa.study.tuning.tune import tune
 from ftcfa.study.verification import Specification, Verification, verify
-
-_NUMBERS = re.compile(r"\[\n([^\[\]\"{}]*)\]")
-"""An array of plain numbers as tomli-w writes it, one a line; texts hold no bare line break."""
 
 
 def check_quantiles(subject: str, quantiles: tuple[float, ...]) -> None:
@@ -97,6 +103,8 @@ class Experiment(Part):
         specification: Specification that `verify` tests, or None.
         lost: Error beyond which a joint has lost track, one number or one for each joint [rad or
             m]; see `ftcfa.ensemble`.
+        objective: What `tune` makes small and must not exceed, or None for its default.
+        space: Parameters that `tune` may change, and their ranges, or None for all.
 
     Raises:
         FtcfaError: If a field is out of range; it carries the field's name.
@@ -115,12 +123,19 @@ class Experiment(Part):
         Specification | None, Check(of_type(Specification, "a Specification, or None"))
     ] = None
     lost: Annotated[npt.ArrayLike | None, Check(positive_numbers, "rad or m")] = None
+    objective: Annotated[Objective | None, Check(of_type(Objective, "an Objective, or None"))] = (
+        None
+    )
+    space: Mapping[str, tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.specification is not None:
             with about("specification"):
                 self.specification.check(self.loop, self.duration)
+        if self.space is not None:
+            with about("space"):
+                check_ranges(self.loop, self.space)
 
     def run(self, **options: Any) -> xr.Dataset:
         """Run the ensemble: `ftcfa.ensemble` with the fields of this experiment.
@@ -160,6 +175,25 @@ class Experiment(Part):
                 "in a file: a table [specification] with error and within",
             )
         return verify(self.loop, self.specification, self.duration, seed=self.seed, **options)
+
+    def tune(self, **options: Any) -> Tuning:
+        """Search gains: `ftcfa.tune` with the fields of this experiment.
+
+        Args:
+            options: Further arguments of `ftcfa.tune`: ``generations``, ``candidates``, ``paths``,
+                ``condition``, ``threads``, ``store`` and ``progress``.
+        """
+        return tune(
+            self.loop,
+            self.duration,
+            self.objective,
+            self.space,
+            seed=self.seed,
+            tolerance=self.tolerance,
+            after=self.after,
+            lost=self.lost,
+            **options,
+        )
 
     @classmethod
     def from_text(
@@ -210,8 +244,7 @@ class Experiment(Part):
     @property
     def digest(self) -> str:
         """SHA-256 of the description: equal for equal experiments, from Python or any file."""
-        data = _canonical(json.loads(self.description()))
-        return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+        return digest(json.loads(self.description()))
 
     def to_text(self, folder: str | os.PathLike[str] | None = None) -> str:
         """The TOML text that `from_text` reads; paths below the folder are relative to it.
@@ -226,7 +259,7 @@ class Experiment(Part):
                 path = path.relative_to(base)
             return {"robot": path.as_posix()}
 
-        return _NUMBERS.sub(_on_one_line, tomli_w.dumps(document(self, robot)))
+        return toml_text(document(self, robot))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the TOML file, whole or not at all.
@@ -256,19 +289,5 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
     return Experiment.from_text(text, file.parent, file=str(file))
 
 
-def _on_one_line(array: re.Match[str]) -> str:
-    return f"[{' '.join(array[1].split()).rstrip(',')}]"
-
-
 def _unreadable(file: str, got: str, expected: str = "") -> ExperimentError:
     return ExperimentError([FtcfaError(file, got, expected)])
-
-
-def _canonical(data: Any) -> Any:
-    """Data in which 1 and 1.0 are the same."""
-    if isinstance(data, dict):
-        return {key: _canonical(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [_canonical(item) for item in data]
-    integer = isinstance(data, int) and not isinstance(data, bool)
-    return float(data) if integer and abs(data) <= 2**53 else data

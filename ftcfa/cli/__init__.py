@@ -32,6 +32,7 @@ COMMANDS = (
     "ftcfa.cli.commands.verify:verify",
     "ftcfa.cli.commands.compare:compare",
     "ftcfa.cli.commands.bounds:bounds",
+    "ftcfa.cli.commands.tune:tune",
 )
 """The function of every command as ``module:function``, in the order of ``ftcfa --help``."""
 

@@ -30,19 +30,22 @@ def obey() -> None:
 
 
 @contextmanager
-def progress_of_steps(label: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show a bar with the number of steps done; yields a function that advances it by one."""
+def progress_of_steps(label: str, total: int) -> Iterator[Callable[..., None]]:
+    """Show a bar with the number of steps done.
+
+    Yields a function that advances it by one, and shows the text that it is given beside the label.
+    """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     with _bar(*columns) as bar:
         task = bar.add_task(label, total=total)
 
-        def advance(steps: int = 1) -> None:
-            bar.advance(task, steps)
+        def advance(text: str = "") -> None:
+            bar.update(task, advance=1, description=f"{label}, {text}" if text else label)
             obey()
 
-        advance(0)
+        obey()
         yield advance
 
 

@@ -103,7 +103,7 @@ class FeedForward(Law):
     """
 
     law: Annotated[Controller, Check(having("step", A_LAW))]
-    band: Annotated[float, Check(positive_or_infinite, "Hz")] = np.inf
+    band: Annotated[float, Check(positive_or_infinite, "Hz", (0.1, 300.0))] = np.inf
     predictor: Annotated[Predictor | None, Check(having("step", "a Predictor, or None"))] = None
 
     varies: ClassVar[Parameters] = number_fields("band")

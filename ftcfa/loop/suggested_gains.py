@@ -27,6 +27,8 @@ Below e the rates are higher, as e^(kappa - 1). The phase margin is gone at 2.4 
 T makes a limit cycle of some e/9 at most for kappa = 0.6.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ftcfa.arrays import Array
@@ -45,6 +47,8 @@ FOR_BASE = 1.0
 """Share of the torque rate limit that the base's motion takes, rms: it then acts at times."""
 SWING = 0.05
 """Time in which a torque may change by its limit, where no driver limits its rate [s]."""
+AMPLITUDE = 0.01
+"""The stated error e [rad or m]."""
 DURATION, STEP = 10.0, 1e-4
 """Length of the realised vibration, and its longest step [s]."""
 RATES = np.geomspace(2.0, 300.0, 101)
@@ -57,7 +61,7 @@ def suggest_gains(
     hardware: Hardware | str | None = None,
     vibration: Vibration | None = None,
     *,
-    amplitude: float = 0.01,
+    amplitude: float = AMPLITUDE,
 ) -> Gains:
     """Gains of the paper's law by the rules above, with the paper's kappa, iota, lambda and tau.
 
@@ -66,37 +70,49 @@ def suggest_gains(
         period: Sampling period of the controller [s].
         hardware: What the robot measures and what its motors can do, or the name of a profile.
         vibration: How its base is shaken.
-        amplitude: e, the error at which the law has the rates a1 and a2 [rad or m].
+        amplitude: e, the error at which the law has the rate a [rad or m].
 
     Raises:
         ParameterError: If a number is out of range.
     """
+    rate = suggest_rate(arm, period, hardware, vibration, amplitude=amplitude)
+    return gains_of_rate(rate, amplitude)
+
+
+def suggest_rate(
+    arm: Arm,
+    period: float = 1e-3,
+    hardware: Hardware | str | None = None,
+    vibration: Vibration | None = None,
+    *,
+    amplitude: float = AMPLITUDE,
+) -> float:
+    """The rate a = a1 = a2 of any law by the rules above [1/s]; see `suggest_gains`."""
     positive("suggest_gains period", period, "s")
     positive("suggest_gains amplitude", amplitude, "rad or m")
     known = None if hardware is None else as_hardware("suggest_gains hardware", hardware)
     inertia = np.diag(arm.mass_matrix(arm.home))
+    cubes = _rate_limit(arm, known) / (2.0 * inertia * amplitude)
     rate = min(
         MARGIN / answer_time(period, known),
         float(np.sqrt(np.min(_spare_acceleration(arm, known)) / amplitude)),
-        float(np.min(_rate_limit(arm, known) / (2.0 * inertia * amplitude)) ** (1.0 / 3.0)),
+        float(np.min(cubes) ** (1.0 / 3.0)),
         _rate_for_base(arm, known, vibration, period),
     )
-    rate = max(rate, RATES[0])
-    return gains_of_rates(rate, rate, amplitude)
+    return max(rate, float(RATES[0]))
 
 
-def gains_of_rates(a1: float, a2: float, amplitude: float) -> Gains:
-    """The paper's gains whose secants at an error [rad or m] are the rates a1 and a2 [1/s].
+def gains_of_rate(rate: float, amplitude: float, others: Gains | None = None) -> Gains:
+    """Gains whose secants at an error [rad or m] are a1 = a2 = rate [1/s].
 
-    k1 and k2 are the paper's where their linear terms are at most half of the rates, else smaller.
+    k1 and k2 are the paper's where their linear terms are at most half of the rate, else smaller;
+    all else is that of ``others``, by default the paper's.
     """
-    paper = Gains()
-    k1 = min(float(paper.k1), max(0.1, 2.0 * a1 / 3.0 - 1.0))
-    power = 1.0 - paper.kappa
-    gains = Gains(k1=k1)
-    c1 = (a1 - gains.linear_position_rate) * amplitude**power
-    c2 = (a2 - gains.linear_velocity_rate) * (a1 * amplitude) ** power
-    return Gains(c1=float(c1), c2=float(c2), k1=k1)
+    gains = replace(others or Gains(), k1=min(2.0, max(0.1, 2.0 * rate / 3.0 - 1.0)), k2=1.0 / 3.0)
+    power = 1.0 - gains.kappa
+    c1 = (rate - gains.linear_position_rate) * amplitude**power
+    c2 = (rate - gains.linear_velocity_rate) * (rate * amplitude) ** power
+    return replace(gains, c1=float(c1), c2=float(c2))
 
 
 def answer_time(period: float, hardware: Hardware | None) -> float:

@@ -71,13 +71,21 @@ class Limit(Part):
 
     Attributes:
         metric: A metric of `ftcfa.compare`, such as ``"rms_torque_rate"``.
-        at_most: Largest value, in the metric's unit; None for the value of the loop as given.
+        at_most: Largest value, in the metric's unit; None for the value of the loop as given, and
+            for a share of at least SHARE.
         statistic: What is taken over the paths.
     """
 
     metric: Annotated[str, Check(check_metric)]
     at_most: Annotated[float | None, Check(not_negative)] = None
     statistic: Statistic = "mean"
+
+    def most(self, given: Mapping[str, Array]) -> float:
+        """The limit, with the metrics of the loop as given, shape (paths,) each."""
+        if self.at_most is not None:
+            return self.at_most
+        least = SHARE if COMPARED[self.metric].percent else 0.0
+        return max(least, float(statistic(self, given)))
 
 
 class Score(NamedTuple):
@@ -121,6 +129,18 @@ class Objective(Part):
         terms = [it.metric for it in self.terms]
         return tuple(dict.fromkeys([*terms, *(it.metric for it in self.limits), FAILED]))
 
+    def broken(self, values: Mapping[str, Array], given: Mapping[str, Array]) -> tuple[str, ...]:
+        """The limits that one candidate exceeds, in words; metrics of shape (paths,) each."""
+        found, lost = [], float(np.mean(values[FAILED]))
+        if lost > 1.0 - self.kept:
+            found.append(f"{lost:.1%} of the paths are lost, at most {1.0 - self.kept:.1%}")
+        for limit in self.limits:
+            most, value = limit.most(given), float(statistic(limit, values))
+            if value > most:
+                unit, name = COMPARED[limit.metric].unit, f"{limit.metric} ({limit.statistic})"
+                found.append(f"{name} {value:.4g} {unit}, at most {most:.4g}")
+        return tuple(found)
+
     def score(self, values: Mapping[str, Array], given: Mapping[str, Array]) -> Score:
         """The score of candidates.
 
@@ -131,7 +151,7 @@ class Objective(Part):
         lost = np.mean(values[FAILED], axis=-1)
         excess = np.maximum(0.0, lost - (1.0 - self.kept)) * LOST
         for limit in self.limits:
-            most = limit.at_most if limit.at_most is not None else float(statistic(limit, given))
+            most = limit.most(given)
             found = statistic(limit, values)
             over = np.maximum(0.0, found - most) / max(most, SMALLEST)
             excess = excess + np.where(np.isfinite(most), np.minimum(over, LOST), 0.0)
@@ -139,6 +159,8 @@ class Objective(Part):
         return Score(excess, np.asarray(cost))
 
 
+SHARE = 0.01
+"""A share of samples or paths that is as good as none."""
 LOST = 1e3
 """Excess where all paths are lost, and the largest of one limit."""
 SMALLEST = 1e-9
@@ -154,12 +176,12 @@ def statistic(it: Term | Limit, values: Mapping[str, Array]) -> Array:
 def default_objective(loop: ClosedLoop) -> Objective:
     """The error of the worst 5 % of the paths; a second of settling counts as a milliradian.
 
-    All paths are kept. On average the torque rate, the share of saturated samples and that of paths
-    beyond a limit of position or velocity are not above those of the loop as given. Where a driver
-    limits torque rates, it does so at 1 % of the samples at most.
+    99 % of the paths are kept. On average the torque rate, the share of saturated samples and that
+    of paths beyond a limit of position or velocity are not above those of the loop as given. Where
+    a driver limits torque rates, it does so at 1 % of the samples at most.
     """
     terms = (Term("late_rms_error"), Term("settling_time", 1e-3, "mean"))
     limits = [Limit("rms_torque_rate"), Limit("saturated"), Limit("beyond_limits")]
     if loop.hardware is not None:
-        limits.append(Limit("rate_limited", 0.01))
-    return Objective(terms, tuple(limits))
+        limits.append(Limit("rate_limited", SHARE))
+    return Objective(terms, tuple(limits), kept=1.0 - SHARE)

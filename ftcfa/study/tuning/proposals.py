@@ -39,10 +39,10 @@ def _library(name: str) -> Any:
 
 
 class OneCost:
-    """Proposals for one cost: CMA-ES about the loop as given.
+    """Proposals for one cost: CMA-ES.
 
     Args:
-        start: The loop as given, shape (d,), each within [0, 1].
+        start: Where it starts, shape (d,), each within [0, 1].
         candidates: Number of candidates of a generation.
         seed: Seed of the proposals.
 

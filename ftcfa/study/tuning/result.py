@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 import xarray as xr
 
 from ftcfa.arrays import Array
@@ -30,6 +31,7 @@ class Tuning:
         objective: What was to be small.
         plan: How paths were run.
         excess: By how much the gains exceed the limits, relative to each; 0 if they keep all.
+        broken: The limits that they exceed, each in words with its numbers.
         cost: Cost in the final, on paths that all finalists and the loop as given ran.
         cost_given: Cost of the loop as given on the same paths.
         cost_in_search: Cost of the winner of the last generation on that generation's paths: what
@@ -44,6 +46,7 @@ class Tuning:
     objective: Objective
     plan: Plan
     excess: float
+    broken: tuple[str, ...]
     cost: float
     cost_given: float
     cost_in_search: float
@@ -95,29 +98,29 @@ class Tuning:
         values = {name: found["values"].sel(metric=name).values for name in self.objective.metrics}
         return self.objective.score(values, {name: rows[0] for name, rows in values.items()})
 
-    def __str__(self) -> str:
-        searched = f"{self.tried} candidates of {len(self.space.names)} numbers"
+    @property
+    def answer(self) -> Literal["yes", "no"]:
+        """Whether the gains keep all limits."""
+        return "yes" if self.excess == 0 else "no"
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a sentence."""
+        searched = f"{self.tried:,} candidates of {len(self.space.names)} numbers"
         if self.excess > 0:
-            lines = [
-                f"no: none of {searched} keeps the limits; the best exceeds them by "
-                f"{self.excess:.3g} in sum, relative to each"
-            ]
-        elif self.point is None:
-            lines = [f"none of {searched} is better than the loop as given ({self.cost:.4g})"]
-        else:
-            share = 1.0 - self.cost / self.cost_given
-            lines = [
-                f"cost {self.cost_given:.4g} -> {self.cost:.4g} ({share:.0%} less) by {searched}; "
-                f"the search believed {self.cost_in_search:.4g}"
-            ]
+            return f"no: none of {searched} keeps the limits. The best: {'; '.join(self.broken)}"
+        if self.point is None:
+            return f"yes: the loop as given; none of {searched} is better (cost {self.cost:.4g})"
+        return (
+            f"yes: cost {self.cost:.4g}, {self.cost_given:.4g} as given; {searched}; the search "
+            f"believed {self.cost_in_search:.4g}"
+        )
+
+    def __str__(self) -> str:
+        lines = [self.sentence]
         for name, value in self.gains.items():
             unit = self.space.ranges[name].unit
-            before = _shown(self.space.start[name].tolist())
-            lines.append(f"  {name} = {_shown(value)} (was {before}){unit and f' [{unit}]'}")
+            lines.append(
+                f"  {name} = {np.array2string(np.array(value), precision=4)} {unit}".rstrip()
+            )
         return "\n".join(lines)
-
-
-def _shown(value: float | list[float]) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(f'{x:.4g}' for x in value)}]"
-    return f"{value:.4g}"

@@ -56,6 +56,19 @@ def _declared(part: Any, above: str) -> Iterator[tuple[str, Range]]:
             yield from _declared(inside, f"{above}.{name}")
 
 
+def joint_by_joint(loop: ClosedLoop) -> ClosedLoop:
+    """The loop with a number for each joint in every field that may have one and is tuned."""
+    found = {}
+    for name in search_space(loop):
+        *words, last = name.split(".")
+        part: Any = loop
+        for word in words:
+            part = getattr(part, word)
+        if last in getattr(part, "per_joint", ()):
+            found[name] = np.broadcast_to(parameter(loop, name), (loop.arm.n,)).copy()
+    return with_parameters(loop, found)
+
+
 class Space:
     """The numbers that are searched, each between 0 and 1.
 
@@ -79,7 +92,7 @@ class Space:
             raise ParameterError("tune space", f"nothing of {law}", "parameters to tune", remedy)
         self.start = {name: parameter(loop, name) for name in given}
         """Value of each parameter in the loop as given, shape () or (n,)."""
-        self.ranges = {name: _checked_range(loop, name, ends) for name, ends in given.items()}
+        self.ranges = check_ranges(loop, given)
         """Range of each parameter."""
 
     @property
@@ -94,8 +107,18 @@ class Space:
     @property
     def unit_start(self) -> Array:
         """The loop as given as a point of the search, shape (d,); within [0, 1]."""
+        return self._point(self.start)
+
+    def point_of(self, loop: ClosedLoop) -> Array:
+        """A loop with other gains as a point of the search, shape (d,); within [0, 1]."""
+        values = {name: parameter(loop, name) for name in self.start}
+        return self._point(
+            {name: np.broadcast_to(x, self.start[name].shape) for name, x in values.items()}
+        )
+
+    def _point(self, values: Mapping[str, Array]) -> Array:
         rows = []
-        for name, value in self.start.items():
+        for name, value in values.items():
             low, high, *_ = self.ranges[name]
             inside = np.clip(value.ravel(), low, high)
             rows.append(np.log(inside / low) / np.log(high / low))
@@ -119,8 +142,16 @@ class Space:
         )
 
 
+def check_ranges(loop: ClosedLoop, ranges: Mapping[str, Any]) -> dict[str, Range]:
+    """The ranges, whose ends the parts of a loop admit.
+
+    Raises:
+        ParameterError, UnknownNameError: If one is wrong.
+    """
+    return {name: _checked_range(loop, name, ends) for name, ends in ranges.items()}
+
+
 def _checked_range(loop: ClosedLoop, name: str, ends: Any) -> Range:
-    """A range, whose ends the part admits."""
     low_high = tuple(ends)[:2] if isinstance(ends, tuple | list) else ()
     right = len(low_high) == 2 and all(map(is_number, low_high))
     if not (right and 0 < low_high[0] < low_high[1]):

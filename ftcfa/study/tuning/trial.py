@@ -7,6 +7,7 @@ needs the order of the better half only, which the race keeps.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -64,11 +65,22 @@ class Trial:
             for name in self.objective.metrics
         }
 
-    def compared(self, points: Array, paths: range) -> tuple[Score, Score]:
-        """Scores of candidates and of the loop as given, all on the same paths."""
-        together = self.metrics(np.vstack([self.space.unit_start, points]), paths)
-        score, given = self._scores(together)
-        return score._replace(excess=score.excess + self._broken(points)), given
+    def final(self, points: Array, paths: range) -> "Final":
+        """The best of candidates and the loop as given, all on the same paths."""
+        everyone = np.vstack([self.space.unit_start, points])
+        metrics = self.metrics(everyone, paths)
+        score, given = self._scores(metrics)
+        broken = np.append(given.excess, score.excess + self._broken(points))
+        cost = np.append(given.cost, score.cost)
+        best = int(Score(broken, cost).order[0])
+        rows = ({name: values[i] for name, values in metrics.items()} for i in (best, 0))
+        return Final(
+            point=None if best == 0 else everyone[best],
+            excess=float(broken[best]),
+            broken=self.objective.broken(*rows) or (("the condition",) if broken[best] else ()),
+            cost=float(cost[best]),
+            cost_given=float(cost[0]),
+        )
 
     def _broken(self, points: Array) -> Array:
         """By how much candidates break the condition, shape (candidates,)."""
@@ -102,6 +114,21 @@ class Trial:
         given = {name: rows[0] for name, rows in together.items()}
         all_scores = self.objective.score(together, given)
         return Score(*(x[1:] for x in all_scores)), Score(*(x[:1] for x in all_scores))
+
+
+class Final(NamedTuple):
+    """The best of a final."""
+
+    point: Array | None
+    """Its point, shape (d,); None if it is the loop as given."""
+    excess: float
+    """By how much it exceeds the limits."""
+    broken: tuple[str, ...]
+    """The limits that it exceeds, in words."""
+    cost: float
+    """Its cost."""
+    cost_given: float
+    """The cost of the loop as given."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,9 @@
 
 CMA-ES proposes a generation of candidates. They race on paths that are new in each generation and
 the same for all candidates of it, beside the loop as given. In the end the winners of the last
-generations, the best candidate of all and the loop as given run on further paths, and the best
-there is chosen. `Tuning.validate` compares it with the loop as given on paths never used before.
+generations, the best candidate of all, the suggested gains and the loop as given run on further
+paths, and the best there is chosen. `Tuning.validate` compares it with the loop as given on paths
+that were never used.
 """
 
 import os
@@ -29,6 +30,7 @@ from ftcfa.study.tuning.objective import Objective, default_objective
 from ftcfa.study.tuning.proposals import OneCost
 from ftcfa.study.tuning.result import Tuning
 from ftcfa.study.tuning.space import Space
+from ftcfa.study.tuning.start import suggested
 from ftcfa.study.tuning.trial import Race, Trial
 
 FINALISTS = 5
@@ -37,8 +39,8 @@ FINAL_PATHS = 4
 """Number of paths of the final, in those of a generation."""
 FIRST_OF_FINAL = 2**32
 """Number of the first path of the final."""
-Shown = Callable[[int, int, float], None]
-"""Called with the number of generations that are done, of all, and the best cost of the last."""
+Shown = Callable[[int, float], None]
+"""Called with the number of generations that are done, and the best cost of the last."""
 
 
 def tune(
@@ -59,13 +61,13 @@ def tune(
     store: str | os.PathLike[str] | None = None,
     progress: Shown | None = None,
 ) -> Tuning:
-    """Search the gains of a loop's law.
+    """Search the gains of a loop's law, from those that `ftcfa.suggest_gains` suggests.
 
     The robots, delays and amplitudes among which gains have to do well are those that the loop's
     ``uncertainty`` and ``spread`` draw.
 
     Args:
-        loop: The loop; its law's gains start the search.
+        loop: The loop, with which the result is compared.
         duration: Simulated time of a path [s].
         objective: What is to be small and what must not be exceeded; by default
             `ftcfa.study.tuning.objective.default_objective`.
@@ -119,7 +121,7 @@ def tune(
         for number in range(generations):
             race = search.generation(number)
             if progress is not None:
-                progress(number + 1, generations, float(race.score.cost[race.order[0]]))
+                progress(number + 1, float(race.score.cost[race.order[0]]))
         return search.result()
     except KeyboardInterrupt:
         raise Interrupted("tune", search.result() if search.points else None) from None
@@ -133,7 +135,8 @@ class _Search:
     ) -> None:
         self.trial, self.log = trial, log
         self.candidates, self.paths = budget["candidates"], budget["paths"]
-        self.proposals = proposals(trial.space.unit_start, self.candidates, trial.plan.seed)
+        self.start = trial.space.point_of(suggested(trial.loop))
+        self.proposals = proposals(self.start, self.candidates, trial.plan.seed)
         self.points: list[Array] = []
         self.races: list[Race] = []
 
@@ -158,21 +161,21 @@ class _Search:
         ]
         keys = [(race.score.excess.min(), race.score.cost[race.order[0]]) for race in self.races]
         best = min(range(len(keys)), key=keys.__getitem__)
-        finalists = np.unique(np.vstack([*winners[-FINALISTS:], winners[best]]), axis=0)
+        finalists = np.unique(np.vstack([self.start, *winners[-FINALISTS:], winners[best]]), axis=0)
         paths = range(FIRST_OF_FINAL, FIRST_OF_FINAL + FINAL_PATHS * self.paths)
-        score, given = self.trial.compared(finalists, paths)
-        chosen = int(score.order[0])
-        better = (score.excess[chosen], score.cost[chosen]) < (given.excess[0], given.cost[0])
+        final = self.trial.final(finalists, paths)
+        race = self.races[-1]
         return Tuning(
             given=self.trial.loop,
             space=self.trial.space,
-            point=finalists[chosen] if better else None,
+            point=final.point,
             objective=self.trial.objective,
             plan=self.trial.plan,
-            excess=float(score.excess[chosen] if better else given.excess[0]),
-            cost=float(score.cost[chosen] if better else given.cost[0]),
-            cost_given=float(given.cost[0]),
-            cost_in_search=float(self.races[-1].score.cost[self.races[-1].order[0]]),
+            excess=final.excess,
+            broken=final.broken,
+            cost=final.cost,
+            cost_given=final.cost_given,
+            cost_in_search=float(race.score.cost[race.order[0]]),
             history=self._history(),
         )
 
