@@ -82,16 +82,14 @@ class Tuning:
             ``excess``.
         """
         plan = self.plan
-        loops = {"as given": self.given, "tuned": self.loop}
-        if self.point is None:
-            loops = {"as given": self.given, "as given, again": self.given}
+        loops = {"as given": self.given, "tuned": self.loop}  # one row if they are the same
         found = compare(
             loops, paths, plan.duration, seed=plan.seed ^ FRESH, tolerance=plan.tolerance,
             after=plan.after, lost=plan.lost, **options,
         )  # fmt: skip
         score = self.score_of(found)
-        (given, cost), excess = score.cost.tolist(), float(score.excess[1])
-        return found.assign_attrs(cost=cost, cost_given=given, excess=excess)
+        cost, given, excess = score.cost[-1], score.cost[0], score.excess[-1]
+        return found.assign_attrs(cost=float(cost), cost_given=float(given), excess=float(excess))
 
     def score_of(self, found: xr.Dataset) -> Score:
         """Scores of the loops of a comparison, of which the first is the loop as given."""
