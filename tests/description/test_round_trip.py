@@ -101,6 +101,7 @@ def test_every_public_part_can_be_written():
         "Profile",
         "RealisedStandard",
         "SpectrumEstimate",
+        "Tuning",
         "Verification",
     }
     public = {name: getattr(ftcfa, name) for name in ftcfa.__all__}

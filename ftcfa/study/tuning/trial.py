@@ -95,16 +95,15 @@ class Trial:
         alive, known = np.arange(len(points)), None
         stage = np.zeros(len(points), dtype=int)
         excess, cost = np.full((2, len(points)), np.inf)
-        first = 0
-        for number, share in enumerate(STAGES):
-            last = max(first + 1, round(share * len(paths)))
+        first, ends = 0, np.unique(np.ceil(np.array(STAGES) * len(paths)).astype(int)).tolist()
+        for number, last in enumerate(ends):
             new = self.metrics(np.vstack([start, points[alive]]), paths[first:last])
             known = new if known is None else _joined(known, new)
             score, given = self._scores(known)
             score = score._replace(excess=score.excess + broken[alive])
             stage[alive], excess[alive], cost[alive] = number, score.excess, score.cost
             stay = np.sort(score.order[: -(-len(alive) // 2)])
-            if number + 1 < len(STAGES):
+            if last < len(paths):
                 known = {name: rows[np.append(0, stay + 1)] for name, rows in known.items()}
                 alive, first = alive[stay], last
         return Race(Score(excess, cost), stage, given)
