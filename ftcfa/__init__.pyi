@@ -12,6 +12,7 @@ from .control.position_feedback import PositionFeedback
 from .control.slotine_li import SlotineLi
 from .control.stochastic_backstepping import StochasticBackstepping
 from .control.super_twisting import SuperTwisting
+from .control.tuned import tuned_gains, tuned_law
 from .engine.simulate import simulate, simulate_paths
 from .errors import (
     ExperimentError,
@@ -212,6 +213,8 @@ __all__ = [
     "standards",
     "suggest_gains",
     "tune",
+    "tuned_gains",
+    "tuned_law",
     "verify",
     "with_feed_forward",
 ]
