@@ -59,11 +59,13 @@ from .study.summary import replay, settled_in_mean_square, settling
 from .study.tuning.front import front
 from .study.tuning.objective import Limit, Objective, Term
 from .study.tuning.result import Tuning
+from .study.tuning.sensitivity import sensitivity
 from .study.tuning.space import joint_by_joint, search_space
 from .study.tuning.tune import tune
 from .study.variants import ablations, conditions, rivals
 from .study.verification import Specification, Verification, verify
 from .theory.bounds import bounds
+from .theory.gain_conditions import gain_shortfall
 from .theory.inertia_split import InertiaBounds, InertiaSplit, inertia_bounds, inertia_split
 from .theory.theorem1 import Bounds
 from .vibration.excitation import Stacked, Superposition
@@ -189,6 +191,7 @@ __all__ = [
     "feed_forward_band",
     "fit_filter",
     "front",
+    "gain_shortfall",
     "hardware_profile",
     "inertia_bounds",
     "inertia_split",
@@ -205,6 +208,7 @@ __all__ = [
     "replay",
     "rivals",
     "search_space",
+    "sensitivity",
     "settled_in_mean_square",
     "settling",
     "simulate",

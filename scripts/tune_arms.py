@@ -127,8 +127,8 @@ def gains_file(record: list[dict[str, Any]]) -> str:
         data.setdefault(it["arm"], {}).setdefault(it["environment"], {})[it["hardware"]] = kept
     head = [
         "Gains of FTCF with its bias compensated, tuned by scripts/tune_arms.py: arm, environment,",
-        "hardware. error_paper and error_tuned: median and 95 % quantile of the rms error [rad or m]",
-        "on 1,000 fresh paths; empty where paths diverged. See `ftcfa.tuned_law`.",
+        "hardware. error_paper and error_tuned: median and 95 % quantile of the rms error [rad or",
+        "m] on 1,000 fresh paths; empty where paths diverged. See `ftcfa.tuned_law`.",
     ]
     comments = "".join(f"# {line}\n" for line in head)
     return f"{comments}\n{tomli_w.dumps(data)}"

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftcfa.control.filters import CommandFilter, ExplicitFilter, ImplicitFilter
+from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
+from ftcfa.errors import ParameterError
+from ftcfa.loop.closed_loop import ClosedLoop
 
 ROUNDING = 1e-12
 """Relative tolerance of a condition; the paper's k2 = 1/3 meets its condition with equality."""
@@ -110,3 +113,22 @@ def default_weight(n: int, gains: Gains) -> float:
             needed = 0.25 * k / (k - least)
             w = needed if needed > w * (1 + ROUNDING) else w
     return w
+
+
+def gain_shortfall(loop: ClosedLoop) -> float:
+    """By how much the gains of the paper's law miss Theorem 1's conditions, relative; else 0.
+
+    Handed to `ftcfa.tune` as its ``condition``, it keeps a search to gains for which the theorem
+    holds. The weight w_s is that of `default_weight`.
+
+    Raises:
+        ParameterError: If the loop's law is not the paper's.
+    """
+    law = loop.controller
+    if not isinstance(law, FTCF):
+        expected = "an FTCF, the only law that Theorem 1 covers"
+        raise ParameterError("controller", f"a {type(law).__name__}", expected)
+    n, gains = loop.arm.n, law.gains
+    conditions = gain_conditions(n, gains, default_weight(n, gains), law.filter)
+    missed = [it for it in conditions if it.needed and not it.holds]
+    return sum((it.required - it.value) / max(it.required, 1.0) + ROUNDING for it in missed)

@@ -27,6 +27,7 @@ CANDIDATES = "Number of candidates of a generation."
 PATHS = "Paths of each candidate that stays to the end of a generation."
 LAW = "Name of the control law to tune instead of that of the file."
 JOINTS = "Tune a number for each joint, where the law may have one."
+THEOREM = "Only gains that meet Theorem 1's conditions; for the law FTCF."
 VALIDATE = "Paths of the validation, which no search has used; 0 for none."
 
 
@@ -37,6 +38,7 @@ def tune(
     ] = None,
     controller: Annotated[str | None, typer.Option(metavar="LAW", help=LAW)] = None,
     per_joint: Annotated[bool, typer.Option("--per-joint", help=JOINTS)] = False,
+    theorem: Annotated[bool, typer.Option("--theorem", help=THEOREM)] = False,
     generations: Annotated[int, typer.Option(help=GENERATIONS)] = 30,
     candidates: Annotated[int, typer.Option(help=CANDIDATES)] = 24,
     paths: Annotated[int, typer.Option(help=PATHS)] = 64,
@@ -63,6 +65,7 @@ def tune(
     from ftcfa.study.progress import Interrupted
     from ftcfa.study.tuning.space import joint_by_joint
     from ftcfa.study.variants import rivals
+    from ftcfa.theory.gain_conditions import gain_shortfall
 
     natural("--validate", validate)
     chosen = with_hardware(load_experiment(experiment), hardware)
@@ -80,7 +83,7 @@ def tune(
         try:
             tuning = chosen.tune(
                 generations=generations, candidates=candidates, paths=paths, threads=threads,
-                store=store, progress=show,
+                store=store, progress=show, condition=gain_shortfall if theorem else None,
             )  # fmt: skip
         except Interrupted as error:
             if error.partial is None:

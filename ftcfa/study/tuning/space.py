@@ -109,6 +109,15 @@ class Space:
         """The loop as given as a point of the search, shape (d,); within [0, 1]."""
         return self._point(self.start)
 
+    @property
+    def widths(self) -> Array:
+        """Logarithm of the largest over the smallest value of each number, shape (d,)."""
+        rows = [
+            np.full(value.size, np.log(self.ranges[name].high / self.ranges[name].low))
+            for name, value in self.start.items()
+        ]
+        return np.concatenate(rows)
+
     def point_of(self, loop: ClosedLoop) -> Array:
         """A loop with other gains as a point of the search, shape (d,); within [0, 1]."""
         values = {name: parameter(loop, name) for name in self.start}

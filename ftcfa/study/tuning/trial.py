@@ -65,6 +65,11 @@ class Trial:
             for name in self.objective.metrics
         }
 
+    def scored(self, points: Array, paths: range) -> Score:
+        """Scores of candidates, all on the same paths beside the loop as given."""
+        score, _ = self._scores(self.metrics(np.vstack([self.space.unit_start, points]), paths))
+        return score._replace(excess=score.excess + self._broken(points))
+
     def final(self, points: Array, paths: range) -> "Final":
         """The best of candidates and the loop as given, all on the same paths."""
         everyone = np.vstack([self.space.unit_start, points])

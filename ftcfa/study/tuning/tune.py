@@ -79,7 +79,7 @@ def tune(
         paths: Paths of each candidate that stays to the end of a generation.
         seed: Seed of the proposals and of the paths.
         condition: What else must hold: a function of the loop with a candidate's gains, above zero
-            by how much they break it, such as `ftcfa.theory.gain_conditions.lacking`.
+            by how much they break it, such as `ftcfa.gain_shortfall`.
         tolerance: Overall tracking error within which a path counts as settled [rad or m].
         after: Time from which errors count as late [s]; half of the duration by default.
         lost: Error beyond which a joint has lost track; see `ftcfa.ensemble`.

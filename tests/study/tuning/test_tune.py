@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 
 from ftcfa import (
+    FTCF,
     ComputedTorque,
     Experiment,
+    Gains,
     Limit,
     Objective,
     Term,
     ensemble,
     front,
+    gain_shortfall,
+    sensitivity,
     simulate_paths,
     tune,
 )
@@ -219,3 +223,25 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "cmaes", None)
     with pytest.raises(FtcfaError, match=r'cmaes is not installed.*pip install "ftcfa\[tune\]"'):
         module.tune(loop(), 0.3, ERROR, **BUDGET)
+
+
+def test_sensitivity_is_what_a_change_of_one_gain_does():
+    it = loop()
+    found = sensitivity(it, 0.3, ERROR, paths=8)
+    assert found.sizes == {"parameter": 2, "factor": 13}
+    for name, position, velocity in (("position", 3.0 * 2.0, 5.0), ("velocity", 3.0, 10.0)):
+        own = ensemble(replace(it, controller=ComputedTorque(ARM, position, velocity)), 8, 0.3)
+        cost = found.cost.sel(parameter=f"controller.{name}_rate").sel(factor=2.0, method="nearest")
+        assert float(cost) == pytest.approx(float(own.late_rms_error.mean()), rel=1e-9)
+
+
+def test_the_theorem_s_conditions_can_be_asked_for():
+    """k1 >= 3/2 w_s/(w_s - 1/4): a search is free to go below, but is not wanted there."""
+    assert gain_shortfall(paper()) == 0.0
+    assert gain_shortfall(loop(FTCF(ARM, Gains(k1=1.0)))) > 0.0
+    space = {"controller.gains.k1": (0.1, 10.0), "controller.gains.k2": (0.01, 10.0)}
+    found = tune(paper(), 0.2, ERROR, space, condition=gain_shortfall, **BUDGET)
+    assert gain_shortfall(found.loop) == 0.0
+    assert found.answer == "yes"
+    with pytest.raises(FtcfaError, match="the only law that Theorem 1 covers"):
+        gain_shortfall(loop())
