@@ -42,7 +42,7 @@ import json
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -65,6 +65,7 @@ from ftcfa.description.text import digest, toml_text
 from ftcfa.description.write import document
 from ftcfa.errors import ExperimentError, FtcfaError, ParameterError
 from ftcfa.files import MAX_TOML, local_path, read_bounded, write_whole
+from ftcfa.hardware.hardware import Hardware
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.parts import Part
 from ftcfa.study.ensemble import ensemble
@@ -180,8 +181,7 @@ class Experiment(Part):
         """Search gains: `ftcfa.tune` with the fields of this experiment.
 
         Args:
-            options: Further arguments of `ftcfa.tune`: ``generations``, ``candidates``, ``paths``,
-                ``condition``, ``threads``, ``store`` and ``progress``.
+            options: Further arguments of `ftcfa.tune`, such as ``generations`` and ``store``.
         """
         return tune(
             self.loop,
@@ -272,8 +272,14 @@ class Experiment(Part):
         write_whole(file, self.to_text(file.parent).encode())
 
 
-def load_experiment(path: str | os.PathLike[str]) -> Experiment:
+def load_experiment(
+    path: str | os.PathLike[str], *, hardware: Hardware | str | None = None
+) -> Experiment:
     """Read an experiment from its TOML file.
+
+    Args:
+        path: The file.
+        hardware: Hardware that replaces that of the file, or the name of a profile.
 
     Raises:
         ExperimentError: If anything is wrong with it; it holds all errors, each with file, table
@@ -286,7 +292,8 @@ def load_experiment(path: str | os.PathLike[str]) -> Experiment:
         raise _unreadable(str(file), error.got, "a readable TOML file") from error
     except UnicodeDecodeError as error:
         raise _unreadable(str(file), f"not UTF-8 ({error.reason})", "a TOML file") from error
-    return Experiment.from_text(text, file.parent, file=str(file))
+    read = Experiment.from_text(text, file.parent, file=str(file))
+    return read if hardware is None else replace(read, loop=replace(read.loop, hardware=hardware))
 
 
 def _unreadable(file: str, got: str, expected: str = "") -> ExperimentError:

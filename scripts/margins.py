@@ -49,6 +49,14 @@ def loops(robot: str) -> dict[str, ftcfa.ClosedLoop]:
     return every
 
 
+def varied(loop: ftcfa.ClosedLoop, name: str, values: Any) -> dict[str, Any]:
+    """The values of a sensor's number, a path each; a law of positions knows the resolution."""
+    given = {f"hardware.sensors.{name}": values}
+    if name == "resolution" and isinstance(loop.controller, ftcfa.PositionFeedback):
+        given["controller.noise"] = np.maximum(values / np.sqrt(12.0), loop.controller.noise)
+    return given
+
+
 def errors(
     loop: ftcfa.ClosedLoop, sensors: ftcfa.Sensors, name: str, values: Any, options: Any
 ) -> tuple[Any, Any]:
@@ -58,7 +66,7 @@ def errors(
     for seed in range(options["seeds"]):
         paths = ftcfa.simulate_paths(
             it, np.zeros(len(values), dtype=int).tolist(), options["duration"], seed=seed,
-            vary={f"hardware.sensors.{name}": values}, record_every=5,
+            vary=varied(it, name, values), record_every=5,
         )  # fmt: skip
         late = paths.ote.sel(time=slice(options["duration"] / 2, None))
         error = np.sqrt((late**2).mean("time", skipna=False)).values

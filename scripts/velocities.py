@@ -45,7 +45,7 @@ the parameter: bandwidth [Hz], L [rad/s^2], L, density [rad/s^2/sqrt(Hz)]."""
 
 RIVAL = "a stochastic law of positions"
 """`PositionFeedback`, whose parameter is the density of what the arm does not know."""
-DENSITIES = (0.3, 1.0, 3.0, 10.0, 30.0)
+DENSITIES = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
 
 def loop(sensors: ftcfa.Sensors, law: Any = None) -> ftcfa.ClosedLoop:

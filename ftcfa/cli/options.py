@@ -57,18 +57,18 @@ def given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def experiment_of(file: Path | None) -> "Experiment":
-    """The experiment of a file; without a file, 1000 paths of the paper's double pendulum."""
+def experiment_of(file: Path | None, hardware: str | None = None) -> "Experiment":
+    """The experiment of a file; without a file, 1000 paths of the paper's double pendulum.
+
+    Args:
+        file: The file, or None.
+        hardware: Profile that replaces its hardware, or None.
+    """
     from ftcfa.experiment import Experiment, load_experiment
     from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
     if file is not None:
-        return load_experiment(file)
-    return Experiment(closed_loop(FINITE_TIME), duration=10.0, paths=1000)
-
-
-def with_hardware(experiment: "Experiment", profile: str | None) -> "Experiment":
-    """The experiment with the hardware of a profile; as it is, if none is given."""
-    if profile is None:
-        return experiment
-    return replace(experiment, loop=replace(experiment.loop, hardware=profile))
+        return load_experiment(file, hardware=hardware)
+    loop = closed_loop(FINITE_TIME)
+    loop = loop if hardware is None else replace(loop, hardware=hardware)
+    return Experiment(loop, duration=10.0, paths=1000)

@@ -68,6 +68,45 @@ class Predictor(Part):
         return P @ x, x
 
 
+HALF = 0.5
+
+
+class Turning(NamedTuple):
+    """How the base turns."""
+
+    rate: Traceable
+    """omega behind the low-pass, shape (3,) [rad/s]."""
+    acceleration: Traceable
+    """omega' behind it, shape (3,) [rad/s^2]."""
+    reading: Traceable
+    """Last reading of omega, shape (3,) [rad/s]."""
+    slope: Traceable
+    """omega' between the last two readings that differ, shape (3,) [rad/s^2]."""
+    age: Traceable
+    """Samples since the reading changed, shape (1,); -1 before it changes for the first time."""
+
+    @classmethod
+    def begun(cls, omega: Traceable) -> "Turning":
+        """With the first reading, of which nothing is known yet, shape (3,) [rad/s]."""
+        still = np.zeros(3)
+        return cls(omega, still, omega, still, np.full(1, -1.0))
+
+    def step(self, omega: Traceable, band: Any, period: float) -> "Turning":
+        """One sample later; omega' is the change of a reading over the time since the last one.
+
+        A reading may be held for some samples. The first change says nothing of omega': before it
+        the reading may be that of a base at rest.
+        """
+        changed = np.max(np.abs(omega - self.reading)) > 0.0
+        known = np.max(self.age) > -HALF
+        slope = (omega - self.reading) / (period * np.maximum(self.age + 1.0, 1.0))
+        slope = np.where(np.logical_and(changed, known), slope, self.slope)
+        age = np.where(changed, 0.0, np.where(known, self.age + 1.0, self.age))
+        rate = np.where(known, low_pass(self.rate, omega, band, period), omega)
+        acceleration = low_pass(self.acceleration, slope, band, period)
+        return Turning(rate, acceleration, omega, slope, age)
+
+
 class FeedForwardState(NamedTuple):
     """State of a law with feed-forward."""
 
@@ -75,8 +114,8 @@ class FeedForwardState(NamedTuple):
     """State of the law."""
     acceleration: Traceable
     """Acceleration of the base behind the low-pass, shape (3,) [m/s^2]."""
-    rate: Any = ()
-    """Angular velocity of the base behind it, shape (3,) [rad/s]; empty without a gyroscope."""
+    turning: Any = ()
+    """How the base turns; empty without a gyroscope."""
     prediction: Any = ()
     """State of the predictor; empty without one."""
 
@@ -121,9 +160,10 @@ class FeedForward(Law):
             ParameterError: If the base is not measured.
         """
         base = _reading(measured)
-        rate = () if base.angular_velocity is None else np.zeros(3)
+        omega = base.angular_velocity
+        turning = () if omega is None else Turning.begun(omega)
         prediction = () if self.predictor is None else self.predictor.init()
-        return FeedForwardState(self.law.init(measured, desired), np.zeros(3), rate, prediction)
+        return FeedForwardState(self.law.init(measured, desired), np.zeros(3), turning, prediction)
 
     def step(
         self, state: FeedForwardState, measured: Measured, desired: Desired, period: float
@@ -136,15 +176,15 @@ class FeedForward(Law):
         if self.predictor is not None:
             acceleration, prediction = self.predictor.step(prediction, acceleration)
         a = low_pass(state.acceleration, acceleration, self.band, period)
-        coupling, rate = nominal.base_coupling(q), state.rate
+        coupling, turning = nominal.base_coupling(q), state.turning
         load = coupling[:, :3] @ a
         if base.angular_velocity is not None:
-            rate = low_pass(state.rate, base.angular_velocity, self.band, period)
-            turning: Any = nominal
-            load = load + coupling[:, 3:] @ ((rate - state.rate) / period)
-            load = load + turning.base_rotation_force(q, measured.v, rate)
+            turning = turning.step(base.angular_velocity, self.band, period)
+            arm: Any = nominal
+            load = load + coupling[:, 3:] @ turning.acceleration
+            load = load + arm.base_rotation_force(q, measured.v, turning.rate)
         signals = {**signals, "u": signals["u"] + load, "u_feed_forward": load}
-        return signals, FeedForwardState(law, a, rate, prediction)
+        return signals, FeedForwardState(law, a, turning, prediction)
 
 
 def _reading(measured: Measured) -> BaseReading:

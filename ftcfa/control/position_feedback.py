@@ -52,7 +52,8 @@ class PositionFeedback(Law):
         P+ = F (P - K e1^T P) F^T + acceleration^2 h (h/2, 1)^T (h/2, 1),   F = (1 h; 0 1)
 
     which starts at the first reading with v = 0 to within `speed`. Measured velocities are not
-    used. The gains of the feedback are those of continuous time.
+    used. The gains of the feedback are those of continuous time. The estimate takes it that the
+    torque acts as asked: it does not know of limits, delays and lags of the motors.
 
     Attributes:
         nominal: The arm as the controller knows it.

@@ -9,6 +9,7 @@ from ftcfa.arrays import Array, Joints, Traceable, is_off
 from ftcfa.checks import (
     Check,
     finite_numbers,
+    is_integer,
     not_negative,
     of_type,
     positive,
@@ -16,14 +17,22 @@ from ftcfa.checks import (
 )
 from ftcfa.control.low_pass import low_pass
 from ftcfa.control.protocol import BaseReading
-from ftcfa.errors import ParameterError
-from ftcfa.hardware.delay import Line, delayed, filled, pushed, steps_in, whole_steps
+from ftcfa.errors import ParameterError, ShapeError
+from ftcfa.hardware.delay import Line, delayed, filled, pushed, steps_in
 from ftcfa.hardware.sensors import time_within, with_largest
-from ftcfa.parts import Parameters, Part, checked_field, number_fields
+from ftcfa.parts import Parameters, Part, any_finite, number_field, number_fields
 
 HALF = 0.5
 LONG = 1e9
 """Samples since a reading, where there is none yet."""
+
+
+def numbers_of_axes(subject: str, values: Any, unit: str = "") -> None:
+    """Raise a FtcfaError unless values are a finite number, or one for each of three axes."""
+    finite_numbers(subject, values, unit)
+    if np.shape(values) not in ((), (3,)):
+        got = f"{np.size(values)} numbers"
+        raise ShapeError(subject, got, "one number, or one for each of 3 axes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +46,13 @@ class Gyroscope(Part):
     """
 
     noise_density: Annotated[float, Check(not_negative, "rad/s/sqrt(Hz)")] = 0.0
-    bias: Annotated[Joints, Check(finite_numbers, "rad/s")] = 0.0
+    bias: Annotated[Joints, Check(numbers_of_axes, "rad/s")] = 0.0
     range: Annotated[float, Check(positive_or_infinite, "rad/s")] = np.inf
 
-    varies: ClassVar[Parameters] = {**number_fields("noise_density"), "bias": checked_field("bias")}
+    varies: ClassVar[Parameters] = {
+        **number_fields("noise_density"),
+        "bias": number_field("bias", any_finite),
+    }
 
 
 class BaseMemory(NamedTuple):
@@ -59,6 +71,8 @@ class BaseLine(NamedTuple):
     """Motion of the base behind the low-pass, shape (3,) or (6,)."""
     line: Line
     """Its values in the last steps."""
+    begun: Traceable
+    """0 before the first step, then 1, shape (1,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +101,7 @@ class Accelerometer(Part):
 
     axes: int = 3
     noise_density: Annotated[float, Check(not_negative, "m/s^2/sqrt(Hz)")] = 0.0
-    bias: Annotated[Joints, Check(finite_numbers, "m/s^2")] = 0.0
+    bias: Annotated[Joints, Check(numbers_of_axes, "m/s^2")] = 0.0
     range: Annotated[float, Check(positive_or_infinite, "m/s^2")] = np.inf
     bandwidth: Annotated[float, Check(positive_or_infinite, "Hz")] = np.inf
     delay: Annotated[float, Check(not_negative, "s")] = 0.0
@@ -99,14 +113,14 @@ class Accelerometer(Part):
 
     varies: ClassVar[Parameters] = {
         **number_fields("noise_density", "bandwidth"),
-        "bias": checked_field("bias"),
+        "bias": number_field("bias", any_finite),
         "delay": time_within("delay", "largest_delay"),
     }
 
     def __post_init__(self) -> None:
         super().__post_init__()
         with_largest(self, "delay", "largest_delay")
-        if self.axes not in (3, 6):
+        if not is_integer(self.axes) or self.axes not in (3, 6):
             raise ParameterError("Accelerometer axes", repr(self.axes), "3 or 6", field="axes")
         if (self.axes == 6) != (self.gyroscope is not None):
             gyroscope = "without" if self.gyroscope is None else "with"
@@ -123,25 +137,35 @@ class Accelerometer(Part):
             got, remedy = f"{self.rate:g} Hz", "take more substeps"
             expected = f"at most one reading an integration step, {1 / step:g} Hz"
             raise ParameterError("Accelerometer rate", got, expected, remedy, field="rate")
-        if interval >= period:
-            whole_steps("Accelerometer interval 1/rate", interval, period)
-        else:
-            whole_steps("period over the Accelerometer's interval 1/rate", period, interval)
+        ratio = max(interval, period) / min(interval, period)
+        if abs(ratio - round(ratio)) > 1e-6 * ratio:
+            below, above = np.floor(ratio), np.ceil(ratio)
+            slower = interval >= period
+            rates = [1.0 / (k * period) if slower else k / period for k in (below, above)]
+            got, remedy = f"{self.rate:g} Hz", f"take {rates[0]:g} or {rates[1]:g} Hz"
+            expected = f"a multiple or a whole part of the controller's {1.0 / period:g} Hz"
+            raise ParameterError("Accelerometer rate", got, expected, remedy, field="rate")
 
     def normals(self) -> int:
         """Number of deviates of a sample."""
         return self.axes
 
     def init(self, gravity: Array, step: float) -> tuple[BaseMemory, BaseLine]:
-        """Memory before the first sample and line of past motion of a level base at rest."""
+        """Memory before the first sample: a level base at rest.
+
+        The first step fills the line with the motion that it finds.
+        """
         rest = np.concatenate([-gravity, np.zeros(self.axes - 3)])
-        line = BaseLine(rest, filled(rest, float(self.largest_delay or 0.0), step))
+        line = BaseLine(rest, filled(rest, float(self.largest_delay or 0.0), step), np.zeros(1))
         return BaseMemory(rest, np.full(1, LONG)), line
 
     def pushed(self, state: BaseLine, motion: Traceable, step: float) -> BaseLine:
         """The line after an integration step with a mean motion of the base, shape (6,)."""
-        filtered = low_pass(state.filtered, motion[: self.axes], self.bandwidth, step)
-        return BaseLine(filtered, pushed(state.line, state.filtered))
+        now, begun = motion[: self.axes], np.max(state.begun) > HALF
+        filtered = np.where(begun, low_pass(state.filtered, now, self.bandwidth, step), now)
+        older = pushed(state.line, state.filtered)
+        line = tuple(np.where(begun, value, now) for value in older)
+        return BaseLine(filtered, line, np.ones(1))
 
     def read(
         self, memory: BaseMemory, state: BaseLine, normals: Traceable, period: float, step: float

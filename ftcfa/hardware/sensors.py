@@ -1,6 +1,7 @@
 """The sensors of the joints: resolution, noise, offset, latency and lost samples."""
 
 from dataclasses import dataclass
+from inspect import signature
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -13,6 +14,13 @@ from ftcfa.hardware.velocity import VelocityEstimator
 from ftcfa.parts import Parameter, Parameters, Part, checked_fields, number_field
 
 AN_ESTIMATOR = "an estimator of velocities, such as BackwardDifference(50.0), or None"
+
+
+def an_estimator(subject: str, value: Any) -> None:
+    """Raise ParameterError unless a value estimates velocities: a law has a step too."""
+    having("step", AN_ESTIMATOR)(subject, value)
+    if len(signature(value.init).parameters) != 1:
+        raise ParameterError(subject, f"a {type(value).__name__}", AN_ESTIMATOR)
 
 
 def share(subject: str, value: Any) -> None:
@@ -64,9 +72,10 @@ class Sensors(Part):
     """Encoders, and how velocities come about.
 
     At a sample, in this order: the position of ``latency`` ago, plus ``offset``, plus ``noise``,
-    rounded to ``resolution``. A sample may be lost; the reading before it then stands. Deviates
-    are white from sample to sample. Not modelled: quantised velocities, drift, gears between
-    encoder and joint.
+    rounded to ``resolution``. A sample may be lost; the reading before it then stands, and an
+    estimator of velocities takes it for a new one. Deviates are white from sample to sample. Before
+    the first sample stands the first position without noise. Not modelled: quantised velocities,
+    drift, gears between encoder and joint.
 
     Attributes:
         resolution: Smallest step of the encoders [rad or m]; 2 pi/2^bits.
@@ -83,7 +92,7 @@ class Sensors(Part):
     resolution: Annotated[Joints, Check(not_negative_numbers, "rad or m")] = 0.0
     noise: Annotated[Joints, Check(not_negative_numbers, "rad or m")] = 0.0
     offset: Annotated[Joints, Check(finite_numbers, "rad or m")] = 0.0
-    velocity: Annotated[VelocityEstimator | None, Check(having("step", AN_ESTIMATOR))] = None
+    velocity: Annotated[VelocityEstimator | None, Check(an_estimator)] = None
     velocity_noise: Annotated[Joints, Check(not_negative_numbers, "rad/s or m/s")] = 0.0
     latency: Annotated[float, Check(not_negative, "s")] = 0.0
     largest_latency: Annotated[float | None, Check(not_negative, "s")] = None
@@ -115,7 +124,7 @@ class Sensors(Part):
     def init(self, q: Array, v: Array, step: float) -> tuple[SensorMemory, tuple[Line, Line]]:
         """Memory before the first sample, and lines of past positions and velocities."""
         lines = tuple(filled(x, float(self.largest_latency or 0.0), step) for x in (q, v))
-        first = q + self._errors[0]
+        first = quantised(q + self._errors[0], self.resolution)
         if self.velocity is None:
             return SensorMemory(first, v), (lines[0], lines[1])
         return SensorMemory(first, np.zeros_like(q), self.velocity.init(first)), (lines[0], ())

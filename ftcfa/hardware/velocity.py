@@ -30,8 +30,8 @@ class VelocityEstimator(Protocol):
         Args:
             state: The state that `init` or the last step returned.
             q: Measured position, shape (n,) [rad or m].
-            torque: Torque that the driver gave to the motors since the last sample, shape (n,) [N m
-                or N].
+            torque: Torque that the driver asked of the motors since the last sample, shape (n,)
+                [N m or N]: before rounding, delay and lag of the motors.
             period: Time since the last sample [s].
         """
         ...

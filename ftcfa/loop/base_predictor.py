@@ -13,7 +13,10 @@ from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.vibration.excitations.shaped_noise import ShapedNoise
 from ftcfa.vibration.inputs.noise_input import AXES, BaseAcceleration
 from ftcfa.vibration.spectra.linear_filter import LinearFilter
+from ftcfa.vibration.vibration import Vibration
 
+ROUNDING = 1e-9
+"""Relative rounding of a rate, and the least level."""
 EXACT = 1e-6
 """Noise of a reading that is none, as a share of the variance: what keeps the equation solvable."""
 
@@ -28,13 +31,15 @@ def base_predictor(loop: ClosedLoop) -> Predictor:
     It makes the mean-square error of the acceleration least, of all frequencies alike. That serves
     an arm where the spectrum is narrow, as that of a road or of a sea; where most of it lies above
     the frequencies that move an arm, as on the truck of MIL-STD-810G, the error that is left at low
-    frequencies is larger than without a predictor.
+    frequencies is larger than without a predictor. It knows the delay and the noise of the reading,
+    but neither the bandwidth of the accelerometer nor that of the motors. `feed_forward_band` does
+    not judge it: compare the loop with and without.
 
     Args:
         loop: A loop with an accelerometer, `BaseAcceleration` and `ShapedNoise`.
 
     Raises:
-        ParameterError: If it has none of one of them.
+        ParameterError: If it has none of one of them, or not a reading at every sample.
     """
     hardware, vibration = cast(Hardware | None, loop.hardware), loop.vibration
     sensor: Any = None if hardware is None else hardware.accelerometer
@@ -44,9 +49,13 @@ def base_predictor(loop: ClosedLoop) -> Predictor:
     if not (isinstance(source, BaseAcceleration) and isinstance(excitation, ShapedNoise)):
         got = f"{type(source).__name__} and {type(excitation).__name__}"
         raise ParameterError("predictor", got, "BaseAcceleration and ShapedNoise")
+    if sensor.rate is not None and sensor.rate * loop.period < 1.0 - ROUNDING:
+        expected = f"a reading at every sample, {1.0 / loop.period:g} Hz"
+        raise ParameterError("predictor", f"an accelerometer of {sensor.rate:g} Hz", expected)
     rate = 1.0 / loop.period if sensor.rate is None else sensor.rate
     ahead = sensor.delay + hardware.actuators.delay + (loop.period + loop.step_length) / 2.0
-    noise = sensor.noise_density**2 * rate / 2.0
+    level = max(cast(Vibration, vibration).level, ROUNDING)
+    noise = (sensor.noise_density / level) ** 2 * rate / 2.0
     parts = [_predictor(one, loop.period, ahead, noise) for one in excitation.filters]
     A, K, C, P = (block_diag(*(part[k] for part in parts)) for k in range(4))
     placed = np.eye(3)[:, [AXES.index(axis) for axis in source.axes]]  # (3, m)

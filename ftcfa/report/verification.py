@@ -11,16 +11,21 @@ from ftcfa.report.terminal import print_facts, print_line
 from ftcfa.study.verification import Verification
 
 
-def verification_record(verification: Verification, file: str, duration: float) -> dict[str, Any]:
+def verification_record(
+    verification: Verification, file: str, duration: float, hardware: str | None = None
+) -> dict[str, Any]:
     """All that ``ftcfa verify`` shows, as plain data.
 
     Args:
         verification: Result of `ftcfa.verify`.
         file: File of the experiment, with which a path can be run again.
         duration: Simulated time of a run [s].
+        hardware: Profile that replaced the hardware of the file, or None.
     """
     required, verdict = verification.specification, verification.verdict
     share, low, high = verification.fixed
+    options = "" if hardware is None else f", hardware={hardware!r}"
+    loop = f"ftcfa.load_experiment({file!r}{options}).loop"
     return {
         "answer": verification.answer,
         "kept": verdict.successes,
@@ -40,7 +45,7 @@ def verification_record(verification: Verification, file: str, duration: float) 
                 "path": one.path,
                 "reason": one.reason,
                 "excess": finite(one.excess),
-                "replay": _replay(file, duration, verification.seed, one.path),
+                "replay": _replay(loop, duration, verification.seed, one.path),
             }
             for one in verification.worst
         ],
@@ -52,9 +57,8 @@ def _limit(limit: Any) -> Any:
     return None if limit is None else np.asarray(limit, dtype=float).tolist()
 
 
-def _replay(file: str, duration: float, seed: int, path: int) -> str:
+def _replay(loop: str, duration: float, seed: int, path: int) -> str:
     """The Python expression that runs a path again with all signals."""
-    loop = f"ftcfa.load_experiment({file!r}).loop"
     return f'ftcfa.simulate({loop}, {duration!r}, seed={seed}, path={path}, signals="all")'
 
 

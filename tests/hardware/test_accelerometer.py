@@ -58,8 +58,9 @@ def sine(amplitude, frequency):
 def test_delay_is_a_shift_and_range_a_clip():
     now = readings(Accelerometer(), sine(5.0, 7.0))[:, 0]
     late = readings(Accelerometer(delay=6e-3), sine(5.0, 7.0))[:, 0]
-    np.testing.assert_allclose(late[6:], now[:-6], atol=EXACT)
-    np.testing.assert_array_equal(late[:6], 0.0)
+    np.testing.assert_allclose(late[7:], now[1:-6], atol=EXACT)
+    np.testing.assert_array_equal(late[0], 0.0)
+    np.testing.assert_array_equal(late[1:7], now[1])  # as if it had moved so before
     clipped = readings(Accelerometer(range=3.0), sine(5.0, 7.0))
     np.testing.assert_allclose(clipped[:, 0], np.clip(now, -3, 3), atol=EXACT)
     np.testing.assert_allclose(clipped[:, 2], 3.0)  # gravity is beyond the range too

@@ -30,6 +30,7 @@ from ftcfa import (
     Spectrum,
     Vibration,
     WhiteNoise,
+    accelerometer_profile,
     base_predictor,
     feed_forward_band,
     load_arm,
@@ -197,3 +198,89 @@ def test_it_needs_no_motion_to_hold_still():
     loop = ClosedLoop(PANDA, law, Constant(PANDA.home), hardware=hardware)
     found = simulate(loop, 0.1, signals=["u_feed_forward"])
     np.testing.assert_allclose(found.u_feed_forward, 0.0, atol=1e-12)
+
+
+SWING = Vibration(BaseMotion("", "x"), Harmonic(3.0, 1.0))
+"""A base that swings about x, 3 rad/s^2 at 1 Hz: some 4 degrees."""
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        Accelerometer(6, gyroscope=Gyroscope(1e-3), delay=1e-3),
+        Accelerometer(6, gyroscope=Gyroscope(1e-2), delay=1e-3),
+        Accelerometer(6, noise_density=0.03, gyroscope=Gyroscope(0.0, range=0.1), delay=1e-3),
+    ],
+    ids=["gyroscopes with noise", "with much noise", "out of range"],
+)
+def test_the_rule_knows_the_gyroscope(given):
+    loop = panda(None, vibration=SWING, hardware=Hardware(accelerometer=given))
+    assert rms(with_feed_forward(loop)) <= WORSE * rms(loop)
+
+
+@pytest.mark.parametrize("name", ["low_noise_mems", "industrial_mems", "phone"])
+@pytest.mark.parametrize("base", [Harmonic(0.5, 1.0), Harmonic(2.0, 1.0), "truck"], ids=str)
+@pytest.mark.parametrize("law", ["FTCF", "ComputedTorque"])
+def test_the_rule_knows_bias_range_and_noise_of_real_sensors(name, base, law):
+    excitation = TRUCK if base == "truck" else base
+    loop = panda(
+        excitation,
+        "xyz" if base == "truck" else "z",
+        controller=CONTROLLERS[law](PANDA),
+        hardware=Hardware(accelerometer=accelerometer_profile(name)),
+        substeps=4,
+    )
+    assert rms(with_feed_forward(loop), 2.0, 4) <= WORSE * rms(loop, 2.0, 4)
+
+
+def test_a_reading_beyond_its_range_is_no_reading():
+    """Gravity alone is beyond 9 m/s^2, and a clipped reading feeds nothing forward."""
+    clipped = Hardware(accelerometer=Accelerometer(range=9.0))
+    found = feed_forward_band(panda(Harmonic(2.0, 1.0), hardware=clipped))
+    assert found.band is None
+    assert "out of range" in found.why
+
+
+def test_why_there_is_none():
+    found = feed_forward_band(panda(Harmonic(5.0, 6.33), rate=1000.0))
+    assert found.band is None
+    assert "of the torque rate limit of panda_joint4; the rule allows 0.4" in found.why
+    still = feed_forward_band(panda(Harmonic(0.0, 3.0)))
+    assert (still.band, still.why) == (None, "the base does not move")
+    with pytest.raises(ParameterError, match="feed-forward: a int, expected a ClosedLoop"):
+        feed_forward_band(3)
+
+
+@pytest.mark.parametrize("delay", [0.0, 5e-3])
+def test_a_base_that_turns_already_does_not_kick_the_arm(delay):
+    sensor = Accelerometer(6, gyroscope=Gyroscope(), delay=delay)
+    loop = panda(None, vibration=SWING, hardware=Hardware(accelerometer=sensor))
+    loop = replace(loop, controller=FeedForward(PANDA, loop.controller))
+    load = np.abs(simulate(loop, 1.5, signals="all").u_feed_forward.values)
+    assert load[:50].max() <= 1.05 * load[50:].max()
+
+
+def test_readings_that_are_held_are_differentiated_over_their_interval():
+    """At 100 Hz the load is that at 1 kHz but for the hold: no spikes every tenth sample."""
+    loads = []
+    for rate in (None, 100.0):
+        sensor = Accelerometer(6, gyroscope=Gyroscope(), rate=rate)
+        loop = panda(None, vibration=SWING, hardware=Hardware(accelerometer=sensor))
+        loop = replace(loop, controller=FeedForward(PANDA, loop.controller))
+        loads.append(simulate(loop, 1.0, signals="all").u_feed_forward.values[100:])
+    scale = np.abs(loads[0]).max()
+    assert np.abs(loads[1]).max() <= 1.1 * scale
+    assert np.abs(loads[1] - loads[0]).max() <= 0.2 * scale
+
+
+def test_a_predictor_wants_every_sample_and_knows_the_level():
+    slow = Hardware(accelerometer=Accelerometer(rate=100.0))
+    with pytest.raises(ParameterError, match="100 Hz, expected a reading at every sample, 1000 Hz"):
+        base_predictor(panda(sea(), hardware=slow))
+    noisy = Hardware(accelerometer=Accelerometer(noise_density=0.05))
+    loop = panda(sea(), hardware=noisy)
+    weak = replace(loop, vibration=replace(loop.vibration, level=0.1))
+    same = Hardware(accelerometer=Accelerometer(noise_density=0.5))
+    np.testing.assert_allclose(
+        base_predictor(weak).K, base_predictor(panda(sea(), hardware=same)).K, rtol=1e-9
+    )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ftcfa import (
+    FTCF,
     Accelerometer,
     Actuators,
     Constant,
@@ -48,7 +49,21 @@ WRONG = {
         "4000 Hz, expected at most one reading an integration step, 1000 Hz",
     ),
     "a rate between": (
-        lambda: loop(Hardware(accelerometer=Accelerometer(rate=400.0))), "take 0.002 or 0.003 s",
+        lambda: loop(Hardware(accelerometer=Accelerometer(rate=400.0))), "take 500 or 333.333 Hz",
+    ),
+    "a rate between, faster": (
+        lambda: loop(Hardware(accelerometer=Accelerometer(rate=1500.0)), substeps=3),
+        "1500 Hz, expected a multiple or a whole part of the controller's 1000 Hz; take 1000 or",
+    ),
+    "two biases for three axes": (
+        lambda: Accelerometer(bias=[1.0, 2.0]), "Accelerometer bias: 2 numbers, expected one numb",
+    ),
+    "two biases of gyroscopes": (
+        lambda: Gyroscope(bias=[1.0, 2.0]), "Gyroscope bias: 2 numbers, expected one number",
+    ),
+    "axes that are no integer": (lambda: Accelerometer(3.0), "axes: 3.0, expected 3 or 6"),
+    "an estimator that is a law": (
+        lambda: Sensors(velocity=FTCF(ARM)), "Sensors velocity: a FTCF, expected an estimator",
     ),
     "three numbers for two joints": (
         lambda: loop(Hardware(actuators=Actuators(ripple=[0.1, 0.2, 0.3]))),

@@ -16,7 +16,6 @@ from ftcfa.cli.options import (
     Threads,
     experiment_of,
     given,
-    with_hardware,
 )
 from ftcfa.cli.progress import progress_of_paths
 
@@ -53,8 +52,8 @@ def compare(
     from ftcfa.study import comparison, variants
 
     options = given(paths=paths, duration=duration)
-    loaded = replace(experiment_of(experiment), specification=None, **options)
-    chosen = with_hardware(loaded, hardware)
+    loaded = experiment_of(experiment, hardware)
+    chosen = replace(loaded, specification=None, **options)
     if out is not None:
         make_folder(out)
     if controller and against != "rivals":

@@ -17,7 +17,6 @@ from ftcfa.cli.options import (
     Threads,
     given,
     local,
-    with_hardware,
 )
 from ftcfa.cli.progress import progress_of_paths
 
@@ -55,8 +54,8 @@ def run(
     from ftcfa.study.progress import Interrupted
 
     options = given(paths=paths, duration=duration)
-    loaded = replace(load_experiment(experiment), specification=None, **options)
-    chosen = with_hardware(loaded, hardware)
+    loaded = load_experiment(experiment, hardware=hardware)
+    chosen = replace(loaded, specification=None, **options)
     make_folder(out)
     interruption = None
     with cluster(scheduler) as client, progress_of_paths() as report:

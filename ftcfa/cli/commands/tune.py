@@ -7,16 +7,7 @@ from typing import Annotated
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import (
-    AsJson,
-    Duration,
-    ExperimentFile,
-    Hardware,
-    Threads,
-    given,
-    local,
-    with_hardware,
-)
+from ftcfa.cli.options import AsJson, Duration, ExperimentFile, Hardware, Threads, given, local
 from ftcfa.cli.progress import progress_of_paths, progress_of_steps
 
 EXIT_STATUS = {"yes": 0, "no": 1}
@@ -68,7 +59,7 @@ def tune(
     from ftcfa.theory.gain_conditions import gain_shortfall
 
     natural("--validate", validate)
-    chosen = with_hardware(load_experiment(experiment), hardware)
+    chosen = load_experiment(experiment, hardware=hardware)
     chosen = replace(chosen, specification=None, **given(duration=duration, seed=seed))
     if controller is not None:
         chosen = replace(chosen, loop=rivals(chosen.loop, controller)[controller])

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from ftcfa.cli.ending import finish
-from ftcfa.cli.options import AsJson, ExperimentFile, Hardware, Threads, given, with_hardware
+from ftcfa.cli.options import AsJson, ExperimentFile, Hardware, Threads, given
 from ftcfa.cli.progress import progress_of_paths
 
 EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
@@ -45,16 +45,15 @@ def verify(
     from ftcfa.experiment import load_experiment
     from ftcfa.report.verification import print_verification, verification_record
 
-    loaded = load_experiment(experiment)
+    loaded = load_experiment(experiment, hardware=hardware)
     options = given(
         error=error, within=within, effort=effort, torque_rate=torque_rate, share=share,
         confidence=confidence, budget=budget,
     )  # fmt: skip
-    loaded = with_hardware(loaded, hardware)
     chosen = replace(loaded, specification=_specification(loaded.specification, options))
     with progress_of_paths() as report:
         verification = chosen.verify(threads=threads, progress=report)
-    record = verification_record(verification, str(experiment), chosen.duration)
+    record = verification_record(verification, str(experiment), chosen.duration, hardware)
     finish(record, print_verification, as_json)
     raise typer.Exit(EXIT_STATUS[verification.answer])
 

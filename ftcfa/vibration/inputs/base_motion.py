@@ -58,6 +58,11 @@ class BaseMotion(NoiseInput):
         super().__post_init__()
         check_some_axis("BaseMotion linear and angular", self.linear, self.angular)
 
+    @property
+    def axes_of_motion(self) -> tuple[Sequence[str], Sequence[str]]:
+        """Axes of linear and of angular acceleration, in the order of the channels."""
+        return self.linear, self.angular
+
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q) = -M_qb(q) of the level base at rest, shape (n, m)."""
         return -arm.base_coupling(q)[:, columns(self.linear, self.angular)]

@@ -148,6 +148,11 @@ class BaseAcceleration(NoiseInput):
         super().__post_init__()
         check_some_axis("BaseAcceleration axes", self.axes)
 
+    @property
+    def axes_of_motion(self) -> tuple[Sequence[str], Sequence[str]]:
+        """Axes of linear and of angular acceleration, in the order of the channels."""
+        return self.axes, ""
+
     def matrix(self, arm: Dynamics, q: Traceable) -> Traceable:
         """Lambda(q), shape (n, m) [kg m or kg]."""
         return -arm.base_coupling(q)[:, columns(self.axes)]
