@@ -65,7 +65,7 @@ VALIDATION = 1000
 SHOWN = ("late_rms_error", "rms_torque_rate", "settling_time", "rate_limited", "saturated")
 COLOURS = (
     "#000000", "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#999999",
-    "#F0E442",
+    "#882255",
 )  # fmt: skip
 
 

@@ -21,11 +21,15 @@ import numpy as np
 import ftcfa
 from ftcfa.study.reproduction import FINITE_TIME, closed_loop
 
+sys.path.insert(0, str(Path(__file__).parent))
+from tuning_tables import fair, tuned_arms
+
 SCRIPTS = Path(__file__).parent
 FIGURES, ROOT = SCRIPTS / "figures", SCRIPTS.parent
 RUN = (
     "compare_laws", "basin", "all_arms", "truck_floor", "ensemble_paper", "generator",
     "rival_singularity", "filters", "velocities", "margins", "sensors_and_motors",
+    "fair_comparison", "which_gains_matter", "tune_arms",
     "coverage_table", "kernel_accuracy",
 )  # fmt: skip
 """The scripts, each with its option --out."""
@@ -373,7 +377,7 @@ def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
 
 SECTIONS = {"README.md": (
     reproduction, truck, ensembles, rivals, velocities, margins, ablations, singularity, theorem,
-    generator, basin, arms,
+    generator, basin, arms, tuned_arms, fair,
 ), "ftcfa/README.md": (coverage, accuracy, machines)}  # fmt: skip
 """The functions that write a section of a file, each under its name."""
 

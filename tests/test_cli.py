@@ -588,6 +588,55 @@ def test_compare_of_chosen_laws(capsys, tmp_path) -> None:
     assert [row["loop"] for row in record["loops"]] == ["as given", "FTCF", "PDGravity"]
 
 
+TUNE = ("--generations", "2", "--candidates", "4", "--paths", "2", "--duration", "0.2")
+
+
+def test_tune_writes_an_experiment_with_the_tuned_gains(capsys, experiment, tmp_path) -> None:
+    out = tmp_path / "tuned.toml"
+    status = call("tune", experiment, *TUNE, "--validate", "8", "--out", str(out), "--json")
+    record = json.loads(capsys.readouterr().out)
+    assert status == {"yes": 0, "no": 1}[record["answer"]]
+    assert record["file"] == str(out)
+    assert record["validation"]["paths"] == 8
+    tuned = ftcfa.load_experiment(out).loop.controller
+    assert tuned.gains.c1 == record["gains"]["controller.gains.c1"]["value"]
+    assert call("run", str(out), "--paths", "4", "--out", str(tmp_path / "out")) == 0
+
+
+def test_tune_shows_a_table_and_goes_on(capsys, experiment, tmp_path) -> None:
+    words = (*TUNE, "--validate", "0", "--store", str(tmp_path / "search.json"), "--per-joint")
+    call("tune", experiment, *words)
+    first = capsys.readouterr()
+    assert "controller.gains.c1" in first.out
+    assert first.err == ""
+    call("tune", experiment, *words)
+    assert capsys.readouterr().out == first.out
+    assert call("tune", experiment, *words, "--seed", "5") == 2
+    assert "of another search: plan differ" in one_sentence(capsys.readouterr().err)
+
+
+def test_tune_answers_no_where_nothing_keeps_the_limits(capsys, experiment) -> None:
+    text = Path(experiment).read_text()
+    limit = '{ metric = "late_peak_error", at_most = 1e-9 }'
+    objective = f'[objective]\nterms = [{{ metric = "late_rms_error" }}]\nlimits = [{limit}]\n'
+    Path(experiment).write_text(f"{text}\n{objective}")
+    assert call("tune", experiment, *TUNE, "--validate", "0") == 1
+    assert "no: none of 8 candidates" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--generations", "0"], "tune generations: 0, expected an integer >= 1"),
+        (["--controller", "PID"], "'PID'"),
+        (["--controller", "PDGravity", "--theorem"], "the only law that Theorem 1 covers"),
+    ],
+)
+def test_tune_of_bad_input_is_one_sentence(capsys, experiment, words, message) -> None:
+    assert call("tune", experiment, *TUNE, *words) == 2
+    assert message in one_sentence(capsys.readouterr().err)
+
+
 def test_compare_of_ingredients_is_one_object(capsys, experiment) -> None:
     words = ("--against", "ablations", "--paths", "8", "--duration", "0.1", "--json")
     assert call("compare", experiment, *words) == 0

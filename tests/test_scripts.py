@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -108,3 +109,29 @@ def test_bench_answers_a_question():
     record = json.loads(printed("bench", "paths", "--quick", "--threads", "1", "--json", "-"))
     assert [row["paths"] for row in record["paths"]["rows"]] == [1, 8, 64, 1024, 10000]
     assert all(row["us"] > 0 for row in record["paths"]["rows"])
+
+
+@pytest.mark.slow
+def test_fair_comparison(tmp_path):
+    text = printed("fair_comparison.py", "--quick", "--out", tmp_path)
+    assert "CommandFilteredBackstepping" in text
+    files = sorted(file.name for file in tmp_path.iterdir())
+    assert files == ["fair-comparison.json", "fair-comparison.png"]
+    before = (tmp_path / "fair-comparison.json").read_bytes()
+    printed("fair_comparison.py", "--quick", "--out", tmp_path)  # it runs nothing again
+    assert (tmp_path / "fair-comparison.json").read_bytes() == before
+
+
+@pytest.mark.slow
+def test_tune_arms(tmp_path):
+    gains = tmp_path / "gains.toml"
+    text = printed("tune_arms.py", "--quick", "--out", tmp_path, "--gains", gains)
+    assert "double_pendulum" in text
+    assert set(tomllib.loads(gains.read_text())["double_pendulum"]) == {"still", "truck", "ship"}
+
+
+@pytest.mark.slow
+def test_which_gains_matter(tmp_path):
+    text = printed("which_gains_matter.py", "--quick", "--out", tmp_path)
+    assert "Panda on a truck, tuned gains" in text
+    assert (tmp_path / "which-gains-matter.png").read_bytes().startswith(PNG)
