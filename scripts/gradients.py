@@ -7,8 +7,8 @@ the logarithms of the gains, from the same suggested gains, for the same number 
 The gradient is that of the objective on common random numbers, by central differences; a step is
 charged as one with exact forward sensitivities would be at best, d + 1 simulations for d gains,
 instead of the 2 d that the differences take. The objective is smooth where it can be: the mean
-error late in the run, times 1 + the excess of the mean torque rate over that of the paper's gains.
-Shown is the cost on fresh paths. It takes some ten minutes and writes gradients.json.
+error late in the run, times 1 + 10 of the excess of the mean torque rate over that of the paper's
+gains. Shown is the cost on fresh paths. It takes some ten minutes and writes gradients.json.
 """
 
 import argparse
@@ -37,14 +37,15 @@ PATHS, GENERATIONS, CANDIDATES, FRESH = 32, 25, 20, 256
 DIFFERENCE, RATE = 0.01, 0.03
 """Of the finite differences, and the step of Adam, as shares of each logarithmic range."""
 DECAY, SMALL = (0.9, 0.999), 1e-8
-LOST = 1e3
+LOST, STIFF = 1e3, 10.0
+"""Error of a lost candidate [rad], and the weight of what exceeds the limit."""
 
 
 def smooth(trial: Trial, points: Any, paths: range) -> Any:
-    """Costs of candidates as Adam takes them: logarithm of the error times 1 + excess."""
+    """Costs of candidates as Adam takes them, shape (candidates,)."""
     score = trial.scored(points, paths)
     cost = np.nan_to_num(score.cost, posinf=LOST)
-    return np.log(cost * (1.0 + score.excess))
+    return np.log(cost * (1.0 + STIFF * score.excess))
 
 
 def adam(trial: Trial, start: Any, steps: int) -> tuple[Any, float]:

@@ -158,8 +158,9 @@ def test_the_predictor_wins_back_most_of_the_delay_of_a_road():
     loop = panda(ShapedNoise(Road("D", 15.0)), delay=1e-2, substeps=2)
     held = FeedForward(PANDA, loop.controller)
     ahead = FeedForward(PANDA, loop.controller, predictor=base_predictor(loop))
-    errors = [rms(replace(loop, controller=law)) for law in (held, ahead)]
-    assert errors[1] < 0.4 * errors[0]
+    late, predicted = (rms(replace(loop, controller=law)) for law in (held, ahead))
+    at_once = rms(replace(loop, controller=held, hardware=Hardware(accelerometer=Accelerometer())))
+    assert late - predicted > 0.8 * (late - at_once)
 
 
 def test_the_predictor_is_the_conditional_mean():
