@@ -1,5 +1,7 @@
 """The six arms on which every law is tested."""
 
+import numpy as np
+
 from ftcfa import load_arm
 
 GANTRY = """<robot name="gantry"><link name="rail"/>
@@ -30,3 +32,19 @@ def arm_of(name, folder):
     file = folder / "gantry.urdf"
     file.write_text(GANTRY)
     return load_arm(str(file))
+
+
+class Mass:
+    """A unit mass on a rail."""
+
+    n = 1
+    effort_limit = np.array([100.0])
+
+    def mass_matrix(self, q):
+        return np.eye(1)
+
+    def bias_force(self, q, v):
+        return np.zeros(1)
+
+    def damping_matrix(self, v):
+        return np.zeros((1, 1))

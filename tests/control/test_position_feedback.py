@@ -11,26 +11,12 @@ from ftcfa import ClosedLoop, Hardware, PositionFeedback, Sensors, Sinusoid, loa
 from ftcfa.control.protocol import Desired, Measured
 from ftcfa.errors import ParameterError
 
+from .arms import Mass
+
 PERIOD = 1e-3
 F = np.array([[1.0, PERIOD], [0.0, 1.0]])
 G = np.array([PERIOD**2 / 2.0, PERIOD])
 AT_REST = Desired(np.zeros(1), np.zeros(1), np.zeros(1))
-
-
-class Mass:
-    """A unit mass on a rail: u is its acceleration."""
-
-    n = 1
-    effort_limit = np.array([1e6])
-
-    def mass_matrix(self, q):
-        return np.eye(1)
-
-    def bias_force(self, q, v):
-        return np.zeros(1)
-
-    def damping_matrix(self, v):
-        return np.zeros((1, 1))
 
 
 def test_the_feedback_solves_the_riccati_equation_of_its_cost():

@@ -28,6 +28,8 @@ from ftcfa import (
 from ftcfa.control.finite_time_backstepping import joined_power
 from ftcfa.control.protocol import Desired, Measured
 
+from .arms import Mass
+
 ROUNDING = 1e-9
 """Relative: two solves with an inertia matrix of condition 1e3 or so."""
 DIFFERENCE = 1e-6
@@ -207,22 +209,6 @@ class Pendulum(PaperPendulum):
 
     def forward_dynamics(self, q, v, u):
         return np.linalg.solve(self.mass_matrix(q), u - self.bias_force(q, v))
-
-
-class Mass:
-    """A unit mass on a rail."""
-
-    n = 1
-    effort_limit = np.array([100.0])
-
-    def mass_matrix(self, q):
-        return np.eye(1)
-
-    def bias_force(self, q, v):
-        return np.zeros(1)
-
-    def damping_matrix(self, v):
-        return np.zeros((1, 1))
 
 
 def test_super_twisting_reaches_its_surface_in_finite_time_and_does_not_chatter():
