@@ -28,8 +28,17 @@ def test_they_make_a_law(arm, environment, hardware):
     assert law.gains.c1 == found["gains"]["controller.gains.c1"]
     assert law.filter.r1 == found["gains"]["controller.filter.r1"]
     assert hardware in profiles()
-    if found["answer"] == "yes" and found["error_paper"] and found["error_tuned"]:
-        assert found["error_tuned"][-1] <= found["error_paper"][-1] * 1.1
+
+
+def test_nearly_all_are_better_than_the_paper_s():
+    """Error of the worst 5 %, ideal hardware; a heavy tail may fool the tuner here and there."""
+    better = []
+    for arm, environment, hardware in CASES:
+        found = tuned_gains()[arm][environment][hardware]
+        if hardware == "ideal" and found["answer"] == "yes" and len(found["error_paper"]) == 2:
+            better.append(found["error_tuned"][1] <= 1.02 * found["error_paper"][1])
+    assert len(better) > 30
+    assert sum(better) >= 0.95 * len(better)
 
 
 def test_what_there_is_not_is_refused():
