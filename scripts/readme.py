@@ -29,7 +29,7 @@ FIGURES, ROOT = SCRIPTS / "figures", SCRIPTS.parent
 RUN = (
     "compare_laws", "basin", "all_arms", "truck_floor", "ensemble_paper", "generator",
     "rival_singularity", "filters", "velocities", "margins", "sensors_and_motors",
-    "fair_comparison", "which_gains_matter", "tune_arms",
+    "fair_comparison", "which_gains_matter", "tune_arms", "gradients",
     "coverage_table", "kernel_accuracy",
 )  # fmt: skip
 """The scripts, each with its option --out."""

@@ -135,3 +135,9 @@ def test_which_gains_matter(tmp_path):
     text = printed("which_gains_matter.py", "--quick", "--out", tmp_path)
     assert "Panda on a truck, tuned gains" in text
     assert (tmp_path / "which-gains-matter.png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.slow
+def test_gradients(tmp_path):
+    assert "double_pendulum" in printed("gradients.py", "--quick", "--out", tmp_path)
+    assert (tmp_path / "gradients.json").exists()
