@@ -43,9 +43,9 @@ def tune(
 ) -> None:
     """Search the gains of the file's law, and compare them with those of the file on fresh paths.
 
-    What is to be small, and what must not be exceeded, stands in the file's table [objective]; the
-    ranges of the search in [space]. Exit status 0: the gains keep the limits, 1: none found does.
-    After Ctrl-C the best so far counts.
+    What is to be small, and what must not be exceeded, stands in the file's table "objective"; the
+    ranges of the search in its table "space". Exit status 0: the gains keep the limits, 1: none
+    found does. After Ctrl-C the best so far counts.
 
     Example: ftcfa tune truck.toml --hardware fr3 --out tuned.toml
     """

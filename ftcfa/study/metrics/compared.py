@@ -123,9 +123,7 @@ COMPARED: dict[str, ComparedMetric] = {
         _beyond_limits,
         binary=True,
     ),
-    "diverged": ComparedMetric(
-        "1", "1 for a path that diverges", _diverged, "diverged", binary=True
-    ),
+    "diverged": ComparedMetric("1", "1 for a path that diverges", _diverged, binary=True),
     "energy": ComparedMetric("J", METRICS["energy"].meaning, _unchanged("energy")),
 }
 """Metrics by which loops are compared, by name, in the order of tables."""

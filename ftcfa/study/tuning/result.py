@@ -34,6 +34,7 @@ class Tuning:
         broken: The limits that they exceed, each in words with its numbers.
         cost: Cost in the final, on paths that all finalists and the loop as given ran.
         cost_given: Cost of the loop as given on the same paths.
+        excess_given: By how much the loop as given exceeds the limits there.
         cost_in_search: Cost of the winner of the last generation on that generation's paths: what
             the search believed.
         history: All candidates over ``generation`` and ``candidate``: their parameters, ``cost``,
@@ -49,6 +50,7 @@ class Tuning:
     broken: tuple[str, ...]
     cost: float
     cost_given: float
+    excess_given: float
     cost_in_search: float
     history: xr.Dataset
 
@@ -109,9 +111,10 @@ class Tuning:
             return f"no: none of {searched} keeps the limits. The best: {'; '.join(self.broken)}"
         if self.point is None:
             return f"yes: the loop as given; none of {searched} is better (cost {self.cost:.4g})"
+        beyond = ", which exceeds the limits" if self.excess_given > 0 else ""
         return (
-            f"yes: cost {self.cost:.4g}, {self.cost_given:.4g} as given; {searched}; the search "
-            f"believed {self.cost_in_search:.4g}"
+            f"yes: cost {self.cost:.4g}, {self.cost_given:.4g} as given{beyond}; {searched}; the "
+            f"search believed {self.cost_in_search:.4g}"
         )
 
     def __str__(self) -> str:

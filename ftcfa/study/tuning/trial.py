@@ -85,6 +85,7 @@ class Trial:
             broken=self.objective.broken(*rows) or (("the condition",) if broken[best] else ()),
             cost=float(cost[best]),
             cost_given=float(cost[0]),
+            excess_given=float(broken[0]),
         )
 
     def _broken(self, points: Array) -> Array:
@@ -133,6 +134,8 @@ class Final(NamedTuple):
     """Its cost."""
     cost_given: float
     """The cost of the loop as given."""
+    excess_given: float
+    """By how much the loop as given exceeds the limits."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,6 +175,7 @@ class _Search:
             broken=final.broken,
             cost=final.cost,
             cost_given=final.cost_given,
+            excess_given=final.excess_given,
             cost_in_search=float(race.score.cost[race.order[0]]),
             history=self._history(),
         )
