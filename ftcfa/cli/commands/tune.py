@@ -51,6 +51,7 @@ def tune(
     """
     from ftcfa.checks import natural
     from ftcfa.experiment import load_experiment
+    from ftcfa.files import make_folder
     from ftcfa.report.comparison import comparison_record
     from ftcfa.report.tuning import print_tuning, tuning_record
     from ftcfa.study.progress import Interrupted
@@ -59,6 +60,8 @@ def tune(
     from ftcfa.theory.gain_conditions import gain_shortfall
 
     natural("--validate", validate)
+    if out is not None:
+        make_folder(out.parent)  # before the search, which would be lost
     chosen = load_experiment(experiment, hardware=hardware)
     chosen = replace(chosen, specification=None, **given(duration=duration, seed=seed))
     if controller is not None:
