@@ -6,7 +6,8 @@ Panda follows home + 0.3 sin t under FTCF with its bias compensated, from 0.1 ra
 joint, on the floor of a truck, with ideal motors; its inertias are known to some 20 %. Encoders
 have 12, 16 or 20 bit, no other noise and no latency. Every estimator has one parameter; the table
 has the smallest value among TRIED whose error is within 1 % of the least with each encoder, on
-paths that the table does not use: a larger one only makes the torque rougher. It takes some minutes, prints a table and writes velocities.json.
+paths that the table does not use: a larger one only makes the torque rougher. It takes some
+minutes, prints a table and writes velocities.json.
 """
 
 import argparse
@@ -75,7 +76,7 @@ def loops_of_positions(resolution: float) -> dict[str, dict[float, ftcfa.ClosedL
 
 
 def best(loops: dict[float, ftcfa.ClosedLoop], trials: int, duration: float) -> float:
-    """The smallest parameter whose loop is within ALIKE of the least median error on trial paths."""
+    """The smallest parameter whose loop is within ALIKE of the least error on trial paths."""
     errors = {}
     for value, it in loops.items():
         run = ftcfa.ensemble(it, trials, duration, seed=TRIAL_SEED)
