@@ -12,7 +12,7 @@ each value before, so that it can report all that are wrong.
 
 import math
 import types
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from numbers import Integral, Real
@@ -234,7 +234,7 @@ def finite_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
 
 def positive_numbers(subject: str, values: npt.ArrayLike, unit: str = "") -> None:
     """Raise a FtcfaError unless the values are a finite number > 0 or a list of them."""
-    if isinstance(values, Real):
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
         return positive(subject, values, unit)
     expected = _with_unit("numbers > 0", unit)
     _check_each(subject, values, lambda x: np.isfinite(x) & (x > 0), expected)

@@ -100,7 +100,8 @@ def checked_field(name: str) -> Parameter:
     """A parameter that is a field, whose values the check that the field declares takes."""
 
     def check(part: Any, values: Array) -> None:
-        check_field(type(part), name, values.ravel(), f"varied {name}")
+        if values.size:
+            check_field(type(part), name, values.ravel(), f"varied {name}")
 
     return number_field(name, check)
 

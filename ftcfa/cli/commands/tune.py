@@ -1,8 +1,9 @@
 """``ftcfa tune``: gains for an arm, its base and its hardware."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -54,35 +55,19 @@ def tune(
     from ftcfa.files import make_folder
     from ftcfa.report.comparison import comparison_record
     from ftcfa.report.tuning import print_tuning, tuning_record
-    from ftcfa.study.progress import Interrupted
-    from ftcfa.study.tuning.space import joint_by_joint
-    from ftcfa.study.variants import rivals
     from ftcfa.theory.gain_conditions import gain_shortfall
 
     natural("--validate", validate)
     if out is not None:
         make_folder(out.parent)  # before the search, which would be lost
-    chosen = load_experiment(experiment, hardware=hardware)
-    chosen = replace(chosen, specification=None, **given(duration=duration, seed=seed))
-    if controller is not None:
-        chosen = replace(chosen, loop=rivals(chosen.loop, controller)[controller])
-    if per_joint:
-        chosen = replace(chosen, loop=joint_by_joint(chosen.loop))
-    interruption, shown = None, None
-
-    def show(_: int, cost: float) -> None:
-        advance(f"best {cost:.4g}")
-
-    with progress_of_steps("generations", generations) as advance:
-        try:
-            tuning = chosen.tune(
-                generations=generations, candidates=candidates, paths=paths, threads=threads,
-                store=store, progress=show, condition=gain_shortfall if theorem else None,
-            )  # fmt: skip
-        except Interrupted as error:
-            if error.partial is None:
-                raise
-            tuning, interruption = error.partial, error
+    loaded = load_experiment(experiment, hardware=hardware)
+    loaded = replace(loaded, specification=None, **given(duration=duration, seed=seed))
+    chosen = replace(loaded, loop=_loop(loaded.loop, controller, per_joint))
+    budget = {"generations": generations, "candidates": candidates, "paths": paths}
+    condition = gain_shortfall if theorem else None
+    options = {"store": store, "threads": threads, "condition": condition, **budget}
+    tuning, interruption = _search(chosen, options)
+    shown = None
     if validate and interruption is None:
         with progress_of_paths() as report:
             shown = comparison_record(tuning.validate(validate, threads=threads, progress=report))
@@ -93,3 +78,26 @@ def tune(
     if interruption is not None:
         raise interruption
     raise typer.Exit(EXIT_STATUS[tuning.answer])
+
+
+def _loop(loop: Any, controller: str | None, per_joint: bool) -> Any:
+    """The loop that is tuned: under a law of a name if one is given, perhaps joint by joint."""
+    from ftcfa.study.tuning.space import joint_by_joint
+    from ftcfa.study.variants import rivals
+
+    chosen = loop if controller is None else rivals(loop, controller)[controller]
+    return joint_by_joint(chosen) if per_joint else chosen
+
+
+def _search(chosen: Any, options: Mapping[str, Any]) -> tuple[Any, KeyboardInterrupt | None]:
+    """Search with a progress bar: what was found, and the interruption if there was one."""
+    from ftcfa.study.progress import Interrupted
+
+    with progress_of_steps("generations", options["generations"]) as advance:
+        try:
+            found = chosen.tune(**options, progress=lambda _, cost: advance(f"best {cost:.4g}"))
+        except Interrupted as error:
+            if error.partial is None:
+                raise
+            return error.partial, error
+    return found, None

@@ -79,9 +79,9 @@ def test_a_step_must_resolve_the_highest_frequency():
             r"Harmonic amplitude: shape \(2, 2\), expected a number or a list",
         ),
         (([], 10.0), r"Harmonic amplitude: shape \(0,\), expected a number or a list of numbers"),
-        ((1.0, 0.0), r"Harmonic frequency: 0.0, expected numbers > 0 \[Hz\]"),
-        ((1.0, -5.0), r"Harmonic frequency: -5.0, expected numbers > 0 \[Hz\]"),
-        ((1.0, None), "Harmonic frequency: nan, expected numbers > 0"),
+        ((1.0, 0.0), r"Harmonic frequency: 0.0, expected a number > 0 \[Hz\]"),
+        ((1.0, -5.0), r"Harmonic frequency: -5.0, expected a number > 0 \[Hz\]"),
+        ((1.0, None), "Harmonic frequency: None, expected a number > 0"),
         ((1.0, 5.0, np.inf), r"Harmonic phase: inf, expected finite numbers \[rad\]"),
     ],
 )
