@@ -9,6 +9,15 @@ from ftcfa.vibration.excitations.white_noise import WhiteNoise
 from ftcfa.vibration.inputs.base_motion import BaseMotion
 
 
+def ftcf_of(loop: ClosedLoop) -> FTCF:
+    """The controller of a loop; ParameterError unless it is the paper's, whatever its parts."""
+    law = loop.controller
+    if not isinstance(law, FTCF):
+        expected = "an FTCF, the only law that Theorem 1 covers"
+        raise ParameterError("controller", f"a {type(law).__name__}", expected)
+    return law
+
+
 def paper_law(loop: ClosedLoop) -> FTCF:
     """The controller of a loop, checked to be the paper's with all its parts.
 
@@ -16,10 +25,7 @@ def paper_law(loop: ClosedLoop) -> FTCF:
         ParameterError: If it is another law, a part of it is switched off, or a gain differs from
             joint to joint.
     """
-    law = loop.controller
-    if not isinstance(law, FTCF):
-        expected = "an FTCF, the only law that Theorem 1 covers"
-        raise ParameterError("controller", f"a {type(law).__name__}", expected)
+    law = ftcf_of(loop)
     for part in ("error_compensation", "adaptation"):
         if not getattr(law, part):
             raise ParameterError(f"controller {part}", "off", "on, as in Theorem 1")

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ftcfa.control.filters import CommandFilter, ExplicitFilter, ImplicitFilter
-from ftcfa.control.ftcf import FTCF
 from ftcfa.control.gains import Gains
-from ftcfa.errors import ParameterError
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.theory.assumptions import ftcf_of
 
 ROUNDING = 1e-12
 """Relative tolerance of a condition; the paper's k2 = 1/3 meets its condition with equality."""
@@ -124,10 +123,7 @@ def gain_shortfall(loop: ClosedLoop) -> float:
     Raises:
         ParameterError: If the loop's law is not the paper's.
     """
-    law = loop.controller
-    if not isinstance(law, FTCF):
-        expected = "an FTCF, the only law that Theorem 1 covers"
-        raise ParameterError("controller", f"a {type(law).__name__}", expected)
+    law = ftcf_of(loop)
     n, gains = loop.arm.n, law.gains
     conditions = gain_conditions(n, gains, default_weight(n, gains), law.filter)
     missed = [it for it in conditions if it.needed and not it.holds]

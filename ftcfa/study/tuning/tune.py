@@ -116,7 +116,7 @@ def tune(
         condition,
     )
     budget = {"candidates": candidates, "paths": paths}
-    search = _Search(trial, Log(store, _identity(trial, budget)), OneCost, budget)
+    search = _Search(trial, Log(store, _identity(trial, budget)), budget)
     try:
         for number in range(generations):
             race = search.generation(number)
@@ -130,13 +130,11 @@ def tune(
 class _Search:
     """A search under way: its proposals, and all that was tried."""
 
-    def __init__(
-        self, trial: Trial, log: Log, proposals: type[OneCost], budget: Mapping[str, int]
-    ) -> None:
+    def __init__(self, trial: Trial, log: Log, budget: Mapping[str, int]) -> None:
         self.trial, self.log = trial, log
         self.candidates, self.paths = budget["candidates"], budget["paths"]
         self.start = trial.space.point_of(suggested(trial.loop))
-        self.proposals = proposals(self.start, self.candidates, trial.plan.seed)
+        self.proposals = OneCost(self.start, self.candidates, trial.plan.seed)
         self.points: list[Array] = []
         self.races: list[Race] = []
 
