@@ -1,12 +1,12 @@
-"""How late and how coarse may measurements be, for every law on every arm?
+"""How late and how coarse may measurements be, and how late the motors, for every law and arm?
 
     python scripts/margins.py [--quick] [--out FOLDER]
 
 Each arm follows home + 0.3 sin t on a base that white noise of 0.1 (psd) shakes, with ideal motors
-at 1 kHz. The latency of q and v grows in steps of 0.5 ms, the resolution of q in powers of two, a
-step a path, until the error has doubled and until the loop is lost (a joint a quarter turn off its
-reference at the end). Medians over seeds. It takes a quarter of an hour, prints tables and writes
-margins.json.
+at 1 kHz. The latency of q and v and the delay of the motors grow in steps of 0.5 ms, the resolution
+of q in powers of two, a step a path, until the error has doubled and until the loop is lost (a
+joint a quarter turn off its reference at the end). Medians over seeds. It takes a quarter of an
+hour, prints tables and writes margins.json.
 """
 
 import argparse
@@ -25,13 +25,28 @@ from ftcfa.report.terminal import print_line, print_table
 
 FIGURES = Path(__file__).parent / "figures"
 DURATION, SEEDS = 4.0, 3
-LATENCIES = 5e-4 * np.arange(61)
-"""Latencies [s]."""
+TIMES = 5e-4 * np.arange(61)
+"""Latencies and delays [s]."""
 RESOLUTIONS = 2.0 ** np.arange(-20, 1)
 """Resolutions, of which the first is as good as none [rad]."""
 DIFFERENCE = 100.0
 """Corner of the low-pass of velocities where positions are quantised [Hz]."""
 LOST = np.pi / 2
+LATEST = float(TIMES[-1])
+TRIED: dict[str, tuple[str, Any, ftcfa.Hardware]] = {
+    "latency": (
+        "hardware.sensors.latency", TIMES, ftcfa.Hardware(ftcfa.Sensors(largest_latency=LATEST))
+    ),
+    "resolution": (
+        "hardware.sensors.resolution", RESOLUTIONS,
+        ftcfa.Hardware(ftcfa.Sensors(velocity=ftcfa.BackwardDifference(DIFFERENCE))),
+    ),
+    "delay": (
+        "hardware.actuators.delay", TIMES,
+        ftcfa.Hardware(actuators=ftcfa.Actuators(largest_delay=LATEST)),
+    ),
+}  # fmt: skip
+"""What grows: its parameter, its values, and the hardware that has it."""
 
 
 def loops(robot: str) -> dict[str, ftcfa.ClosedLoop]:
@@ -49,26 +64,25 @@ def loops(robot: str) -> dict[str, ftcfa.ClosedLoop]:
     return every
 
 
-def varied(loop: ftcfa.ClosedLoop, name: str, values: Any) -> dict[str, Any]:
-    """The values of a sensor's number, a path each; a law of positions knows the resolution."""
-    given = {f"hardware.sensors.{name}": values}
-    if name == "resolution" and isinstance(loop.controller, ftcfa.PositionFeedback):
+def varied(loop: ftcfa.ClosedLoop, parameter: str, values: Any) -> dict[str, Any]:
+    """The values of a parameter, a path each; a law of positions knows the resolution."""
+    given = {parameter: values}
+    if values is RESOLUTIONS and isinstance(loop.controller, ftcfa.PositionFeedback):
         given["controller.noise"] = np.maximum(values / np.sqrt(12.0), loop.controller.noise)
     return given
 
 
-def errors(
-    loop: ftcfa.ClosedLoop, sensors: ftcfa.Sensors, name: str, values: Any, options: Any
-) -> tuple[Any, Any]:
+def errors(loop: ftcfa.ClosedLoop, tried: str, duration: float, seeds: int) -> tuple[Any, Any]:
     """Medians over seeds of the rms error of each value, and which loops are lost."""
-    it = replace(loop, hardware=ftcfa.Hardware(sensors))
+    parameter, values, hardware = TRIED[tried]
+    it = replace(loop, hardware=hardware)
     found, lost = [], []
-    for seed in range(options["seeds"]):
+    for seed in range(seeds):
         paths = ftcfa.simulate_paths(
-            it, np.zeros(len(values), dtype=int).tolist(), options["duration"], seed=seed,
-            vary=varied(it, name, values), record_every=5,
+            it, np.zeros(len(values), dtype=int).tolist(), duration, seed=seed,
+            vary=varied(it, parameter, values), record_every=5,
         )  # fmt: skip
-        late = paths.ote.sel(time=slice(options["duration"] / 2, None))
+        late = paths.ote.sel(time=slice(duration / 2, None))
         error = np.sqrt((late**2).mean("time", skipna=False)).values
         found.append(np.nan_to_num(error, nan=np.inf))
         last = np.abs(paths.q - paths.q_d).isel(time=-1).max("joint").values
@@ -97,13 +111,9 @@ def main() -> None:
     for robot in ["double_pendulum"] if options.quick else catalogue():
         rows: dict[str, Any] = {}
         for law, loop in list(loops(robot).items())[: 1 if options.quick else None]:
-            late = ftcfa.Sensors(largest_latency=float(LATENCIES[-1]))
-            coarse = ftcfa.Sensors(velocity=ftcfa.BackwardDifference(DIFFERENCE))
             rows[law] = {
-                "latency": margin(LATENCIES, *errors(loop, late, "latency", LATENCIES, how)),
-                "resolution": margin(
-                    RESOLUTIONS, *errors(loop, coarse, "resolution", RESOLUTIONS, how)
-                ),
+                name: margin(values, *errors(loop, name, **how))
+                for name, (_, values, _) in TRIED.items()
             }
         record["arms"][robot] = rows
         show(robot, rows)
@@ -114,21 +124,19 @@ def show(robot: str, rows: dict[str, Any]) -> None:
     """Print the table of an arm."""
     console = Console(highlight=False, width=110)
     print_line(f"\n{robot}\n", console)
-    heads = ["law", "latency doubles", "loses", "resolution doubles", "loses"]
+    heads = ["law", *(f"{name} {what}" for name in TRIED for what in ("doubles", "loses"))]
 
-    def cells(one: dict[str, Any], scale: float, unit: str, largest: float) -> list[str]:
+    def cells(name: str, one: dict[str, Any]) -> list[str]:
+        largest, unit = TRIED[name][1][-1], "mrad" if name == "resolution" else "ms"
         return [
-            f"> {scale * largest:.3g} {unit}" if one[k] is None else f"{scale * one[k]:.3g} {unit}"
+            f"> {1e3 * largest:.3g} {unit}" if one[k] is None else f"{1e3 * one[k]:.3g} {unit}"
             for k in ("doubled", "lost")
         ]
 
     table = [
-        [
-            law, *cells(row["latency"], 1e3, "ms", LATENCIES[-1]),
-            *cells(row["resolution"], 1e3, "mrad", RESOLUTIONS[-1]),
-        ]
+        [law, *(cell for name, one in row.items() for cell in cells(name, one))]
         for law, row in rows.items()
-    ]  # fmt: skip
+    ]
     print_table(heads, table, console)
 
 

@@ -343,31 +343,72 @@ def machines() -> str:
 def velocities() -> str:
     """How well FTCF does with velocities from positions."""
     found = record("velocities")
+
+    def encoder(row: dict[str, Any]) -> str:
+        noisy = f", noise of {row['noise']:g} step" if row["noise"] else ""
+        return f"{row['bits']} bit{noisy}" if row["bits"] else "exact"
+
     rows = [
         [
-            row["estimator"], str(row["bits"] or "exact"), f"{1e3 * row['error']:.1f} mrad",
+            row["estimator"], encoder(row), f"{1e3 * row['error']:.1f} mrad",
             f"{row['rate']:,.0f} N m/s",
             f"{row['settling']:.2f} s" if np.isfinite(row["settling"]) else "never",
         ]
         for row in found["rows"]
     ]  # fmt: skip
-    return table(["velocity", "encoder [bit]", "rms error", "torque rate", "settled"], rows)
+    return table(["velocity", "encoder", "rms error", "torque rate", "settled"], rows)
 
 
 def margins() -> str:
-    """Latency and resolution at which the error doubles, by arm and law."""
+    """Latency, resolution and delay at which the error doubles and the loop is lost."""
     found = record("margins")["arms"]
 
-    def cell(one: dict[str, Any]) -> str:
-        late, coarse = (one[key]["doubled"] for key in ("latency", "resolution"))
-        if None not in (one["latency"]["lost"], one["resolution"]["lost"]) and late is None:
-            return "lost"  # before its error could double
-        first = "> 30" if late is None else f"{1e3 * late:g}"
-        second = "> 1,000" if coarse is None else f"{float(f'{1e3 * coarse:.2g}'):,g}"
-        return f"{first} / {second}"
+    def number(one: dict[str, float | None], key: str, end: str) -> str:
+        value = one[key]
+        return end if value is None else f"{float(f'{1e3 * value:.2g}'):,g}"
 
-    rows = [[arm, *(cell(laws[law]) for law in MARGIN_LAWS)] for arm, laws in found.items()]
-    return table(["arm", *MARGIN_LAWS.values()], rows)
+    def cell(row: dict[str, dict[str, Any]], key: str) -> str:
+        if all(one["lost"] == 0 for one in row.values() if one is not row["resolution"]):
+            return "lost"  # with ideal hardware
+        ends = {"latency": "> 30", "resolution": "> 1,000", "delay": "> 30"}
+        return " / ".join(number(row[name], key, end) for name, end in ends.items())
+
+    tables = [
+        table(
+            [f"{words}, arm", *MARGIN_LAWS.values()],
+            [[arm, *(cell(laws[law], key) for law in MARGIN_LAWS)] for arm, laws in found.items()],
+        )
+        for key, words in (("doubled", "error doubles"), ("lost", "loop lost"))
+    ]
+    return "\n\n".join(tables)
+
+
+def bases() -> str:
+    """Displacements of the arms on a truck and a ship, by rate limit and by delay."""
+    found = record("sensors-and-motors")["arms"]
+
+    def cell(one: dict[str, float | None]) -> str:
+        numbers = (one["without"], one["with"])
+        return " → ".join("lost" if x is None else f"{1e3 * x:.2g}" for x in numbers)
+
+    first = next(iter(found.values()))["bases"]["truck"]
+    rates = [x if x == "no limit" else f"{x} N m/s" for x in first["rates"]]
+    heads = ["arm, base [mrad]", *rates, *(f"{x} ms" for x in first["delays"])]
+    rows = [
+        [f"{arm}, {base}", *(cell(it) for group in one.values() for it in group.values())]
+        for arm, bases in found.items()
+        for base, one in bases["bases"].items()
+    ]
+    return table(heads, rows)
+
+
+def whole_band() -> str:
+    """Errors of Panda with a whole reading fed forward through motors of 1,000 N m/s."""
+    rows = [
+        [base, *("lost" if x is None else f"{1e3 * x:.3g}" for x in errors)]
+        for base, errors in record("sensors-and-motors")["whole band"].items()
+    ]
+    return table(["base [mrad]", "without", "1 ms late", "10 ms late"], rows)
 
 
 def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
@@ -376,8 +417,8 @@ def _first(rows: dict[str, dict[str, Any]]) -> list[str]:
 
 
 SECTIONS = {"README.md": (
-    reproduction, truck, ensembles, rivals, velocities, margins, ablations, singularity, theorem,
-    generator, basin, arms, tuned_arms, fair,
+    reproduction, truck, ensembles, rivals, bases, whole_band, velocities, margins, ablations,
+    singularity, theorem, generator, basin, arms, tuned_arms, fair,
 ), "ftcfa/README.md": (coverage, accuracy, machines)}  # fmt: skip
 """The functions that write a section of a file, each under its name."""
 
