@@ -31,6 +31,8 @@ def tuning_record(tuning: Tuning, validation: Mapping[str, Any] | None) -> dict[
         "candidates": tuning.tried,
         "cost": finite(tuning.cost),
         "cost as given": finite(tuning.cost_given),
+        "less": [finite(x) for x in tuning.less],
+        "paths of the final": tuning.final_paths,
         "excess as given": finite(tuning.excess_given),
         "cost in the search": finite(tuning.cost_in_search),
         "excess": finite(tuning.excess),

@@ -155,8 +155,11 @@ class Objective(Part):
             found = statistic(limit, values)
             over = np.maximum(0.0, found - most) / max(most, SMALLEST)
             excess = excess + np.where(np.isfinite(most), np.minimum(over, LOST), 0.0)
-        cost = sum(term.of(values) for term in self.terms)
-        return Score(excess, np.asarray(cost))
+        return Score(excess, self.cost(values))
+
+    def cost(self, values: Mapping[str, Array]) -> Array:
+        """The sum of the terms of metrics of shape (..., paths)."""
+        return np.asarray(sum(term.of(values) for term in self.terms))
 
 
 SHARE = 0.01

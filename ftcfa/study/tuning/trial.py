@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ftcfa.arrays import Array
 from ftcfa.engine.run import run_paths, samples_of
 from ftcfa.loop.closed_loop import ClosedLoop
+from ftcfa.statistics.bootstrap import paired_bootstrap
 from ftcfa.study.chunk import metrics_of
 from ftcfa.study.metrics.compared import COMPARED
 from ftcfa.study.plan import Plan
@@ -23,6 +24,10 @@ from ftcfa.study.tuning.space import Space
 
 STAGES = (0.25, 0.5, 1.0)
 """Shares of the paths after which the worse half of a race leaves."""
+FINAL_STAGES = 5
+"""Number of stages of a final; each after the first doubles the paths."""
+NEARLY = 0.05
+"""Excess over the limits that more paths may take back."""
 NOTHING_RECORDED = 10**9
 """Number of samples from one that is recorded to the next."""
 
@@ -70,22 +75,46 @@ class Trial:
         score, _ = self._scores(self.metrics(np.vstack([self.space.unit_start, points]), paths))
         return score._replace(excess=score.excess + self._broken(points))
 
-    def final(self, points: Array, paths: range) -> "Final":
-        """The best of candidates and the loop as given, all on the same paths."""
+    def final(self, points: Array, first: int, paths: int) -> "Final":
+        """The best of candidates and the loop as given, all on the same paths.
+
+        Those that paired intervals tell apart from the best leave, and the others run as many paths
+        again, until only the best is left or all FINAL_STAGES are run.
+
+        Args:
+            points: The candidates, shape (candidates, d).
+            first: Number of the first path.
+            paths: Number of paths of the first stage.
+        """
         everyone = np.vstack([self.space.unit_start, points])
-        metrics = self.metrics(everyone, paths)
-        score, given = self._scores(metrics)
-        broken = np.append(given.excess, score.excess + self._broken(points))
-        cost = np.append(given.cost, score.cost)
-        best = int(Score(broken, cost).order[0])
-        rows = ({name: values[i] for name, values in metrics.items()} for i in (best, 0))
+        condition = np.append(0.0, self._broken(points))
+        known: dict[str, Array] = {}
+        alive, end = np.arange(len(everyone)), first
+        for stage in range(FINAL_STAGES):
+            new = self.metrics(everyone[alive], range(end, first + (paths << stage)))
+            known = _joined(known, new) if known else new
+            end = first + (paths << stage)
+            score = Score(*map(np.concatenate, zip(*reversed(self._scores(known)), strict=True)))
+            score = score._replace(excess=score.excess + condition[alive])
+            best = int(score.order[0])
+            low, high = paired_bootstrap(self.objective.cost, known, best)
+            stay = (score.excess <= score.excess[best] + NEARLY) & ~(low > 0)
+            if stage == FINAL_STAGES - 1 or np.sum(stay) == 1:
+                break
+            stay[0] = True  # limits may be those of the loop as given
+            known = {name: rows[stay] for name, rows in known.items()}
+            alive = alive[stay]
+        rows = ({name: values[i] for name, values in known.items()} for i in (best, 0))
+        broken = self.objective.broken(*rows) or (("the condition",) * bool(score.excess[best]))
         return Final(
-            point=None if best == 0 else everyone[best],
-            excess=float(broken[best]),
-            broken=self.objective.broken(*rows) or (("the condition",) if broken[best] else ()),
-            cost=float(cost[best]),
-            cost_given=float(cost[0]),
-            excess_given=float(broken[0]),
+            point=None if best == 0 else everyone[alive[best]],
+            excess=float(score.excess[best]),
+            broken=broken,
+            cost=float(score.cost[best]),
+            cost_given=float(score.cost[0]),
+            less=(float(low[0]), float(high[0])),
+            excess_given=float(score.excess[0]),
+            paths=end - first,
         )
 
     def _broken(self, points: Array) -> Array:
@@ -134,8 +163,12 @@ class Final(NamedTuple):
     """Its cost."""
     cost_given: float
     """The cost of the loop as given."""
+    less: tuple[float, float]
+    """95 % interval of how much more the loop as given costs, paired."""
     excess_given: float
     """By how much the loop as given exceeds the limits."""
+    paths: int
+    """Number of paths that were run."""
 
 
 @dataclass(frozen=True, eq=False)

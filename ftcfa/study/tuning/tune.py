@@ -3,8 +3,8 @@
 CMA-ES proposes a generation of candidates. They race on paths that are new in each generation and
 the same for all candidates of it, beside the loop as given. In the end the winners of the last
 generations, the best candidate of all, the suggested gains and the loop as given run on further
-paths, and the best there is chosen. `Tuning.validate` compares it with the loop as given on paths
-that were never used.
+paths, until paired intervals tell the best from the others or the paths are used up.
+`Tuning.validate` compares it with the loop as given on paths that were never used.
 """
 
 import os
@@ -35,8 +35,8 @@ from ftcfa.study.tuning.trial import Race, Trial
 
 FINALISTS = 5
 """Number of last generations whose winners come into the final."""
-FINAL_PATHS = 4
-"""Number of paths of the final, in those of a generation."""
+FINAL_PATHS = 2
+"""Number of paths of the first stage of the final, in those of a generation."""
 FIRST_OF_FINAL = 2**32
 """Number of the first path of the final."""
 Shown = Callable[[int, float], None]
@@ -160,8 +160,7 @@ class _Search:
         keys = [(race.score.excess.min(), race.score.cost[race.order[0]]) for race in self.races]
         best = min(range(len(keys)), key=keys.__getitem__)
         finalists = np.unique(np.vstack([self.start, *winners[-FINALISTS:], winners[best]]), axis=0)
-        paths = range(FIRST_OF_FINAL, FIRST_OF_FINAL + FINAL_PATHS * self.paths)
-        final = self.trial.final(finalists, paths)
+        final = self.trial.final(finalists, FIRST_OF_FINAL, FINAL_PATHS * self.paths)
         race = self.races[-1]
         return Tuning(
             given=self.trial.loop,
@@ -173,6 +172,8 @@ class _Search:
             broken=final.broken,
             cost=final.cost,
             cost_given=final.cost_given,
+            less=final.less,
+            final_paths=final.paths,
             excess_given=final.excess_given,
             cost_in_search=float(race.score.cost[race.order[0]]),
             history=self._history(),
