@@ -26,7 +26,8 @@ HARDWARE_QUANTITIES: Mapping[str, Quantity] = {
     "v_measured": Quantity("rad/s", "velocity that the sensors show, or its estimate"),
     "rate_limited": Quantity("1", "1 where the driver limits the rate of the torque, else 0"),
     "u_driven": Quantity("N m", "torque that the driver asks of the motors"),
-    "base_measured": Quantity("", "specific force [m/s^2] and rates [rad/s] of the base"),
+    "base_measured": Quantity("m/s^2", "specific force of the base that its accelerometer shows"),
+    "base_rate_measured": Quantity("rad/s", "angular velocity that the base's gyroscope shows"),
 }
 """Unit and meaning of the signals that a loop with hardware has beside those of every loop."""
 
@@ -197,7 +198,12 @@ class Hardware(Part):
         limited = np.where(np.abs(memory.torque - wanted) > 0.0, 1.0, 0.0)
         shown = {"q_measured": memory.sensors.q, "v_measured": memory.sensors.v}
         shown |= {"rate_limited": limited}
-        base = {} if self.accelerometer is None else {"base_measured": memory.base.reading}
+        base = {}
+        if self.accelerometer is not None:
+            force, omega = self.accelerometer.reading(memory.base)
+            base["base_measured"] = force
+            if omega is not None:
+                base["base_rate_measured"] = omega
         return {**shown, "u_driven": drive.torque, **base}
 
     def acting(

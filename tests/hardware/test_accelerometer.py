@@ -28,7 +28,9 @@ H = 1e-3
 def readings(accelerometer, vibration=None, duration=0.5, **changes):
     """Readings of an accelerometer on a base, shape (samples, 3 or 6)."""
     hardware = Hardware(accelerometer=accelerometer)
-    return signals(hardware, duration, vibration=vibration, **changes)["base_measured"]
+    found = signals(hardware, duration, vibration=vibration, **changes)
+    shown = [found[name] for name in ("base_measured", "base_rate_measured") if name in found]
+    return np.concatenate(shown, axis=-1)
 
 
 def test_a_level_base_at_rest_feels_gravity_upwards():
