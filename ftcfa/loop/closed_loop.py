@@ -20,6 +20,7 @@ from ftcfa.loop.plant import INTEGRATORS
 from ftcfa.loop.references import Posture, Reference, of_joints
 from ftcfa.loop.spread import check_spread
 from ftcfa.loop.state import HALF, LoopState, Motion, Observer, bounded
+from ftcfa.loop.tool import tool_signals
 from ftcfa.model.arm import Arm
 from ftcfa.model.dynamics import Dynamics
 from ftcfa.model.uncertainty import Uncertainty
@@ -32,7 +33,6 @@ from ftcfa.vibration.vibration import Vibration
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
 """The process of a loop without vibration."""
 A_LAW = "a control law with init and step, such as FTCF(arm)"
-A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
 MOST_SUBSTEPS = 1_000_000
 """Largest number of integration steps a period."""
 
@@ -74,7 +74,7 @@ class ClosedLoop(Part):
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
     controller: Annotated[Controller, Check(having("step", A_LAW))]
-    reference: Annotated[Reference, Check(having("at", A_REFERENCE))]
+    reference: Annotated[Reference, Check(having("at", "a reference, as Sinusoid()"))]
     vibration: Annotated[
         Vibration | None, Check(having("excitation", "a Vibration(input, excitation), or None"))
     ] = None
@@ -236,9 +236,9 @@ class ClosedLoop(Part):
         wanted = np.where(np.logical_and(usable, finite), np.clip(command, -limit, limit), 0.0)
         drive, memory = hardware.drive(memory, wanted, deviates, self.period)
         u, _ = hardware.acting(state.motion.hardware, drive, limit, self.step_length)
-        motion = {"q": q, "q_d": desired.q, "v": v}
-        torques = {"u": u, "u_command": command, "u_wanted": wanted}
-        signals = {**signals, **motion, **torques, **hardware.signals(memory, wanted, drive)}
+        own = {"q": q, "q_d": desired.q, "v": v, "u": u, "u_command": command, "u_wanted": wanted}
+        signals = {**signals, **own, **tool_signals(self.arm, q, desired.q)}
+        signals |= hardware.signals(memory, wanted, drive)
         observer = state.observer
         if self.observer is not None:
             observer = self.observer.step(observer, signals, self.period)

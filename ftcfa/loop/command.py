@@ -15,8 +15,11 @@ LOOP_QUANTITIES: Mapping[str, Quantity] = {
     "u": Quantity("N m", "torque that acts, within the effort limits"),
     "u_command": Quantity("N m", "torque that the controller commands"),
     "u_wanted": Quantity("N m", "the same within the effort limits"),
+    "tool_error": Quantity("m", "distance of the tool from where the reference wants it"),
+    "tool_angle_error": Quantity("rad", "angle between the tool and its desired orientation"),
 }
-"""Unit and meaning of the signals that every loop has; for prismatic joints m replaces rad."""
+"""Unit and meaning of the signals that every loop has, those of the tool if its arm has frames; for
+prismatic joints m replaces rad."""
 
 
 def commanded(

@@ -9,6 +9,7 @@ import numpy as np
 from ftcfa.arrays import Array, Traceable
 from ftcfa.errors import ShapeError
 from ftcfa.model.dynamics import impulse_response
+from ftcfa.model.pose import Pose
 
 FRICTION_VELOCITY = 1e-3
 """Velocity below which Coulomb friction turns linear [rad/s or m/s]."""
@@ -30,6 +31,7 @@ class AbstractArm(ABC):
     friction: Traceable
     armature: Traceable
     home: Array
+    tool: str
 
     @property
     def n(self) -> int:
@@ -51,6 +53,10 @@ class AbstractArm(ABC):
     @abstractmethod
     def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6): see `ftcfa.model.arm.Arm.base_coupling`."""
+
+    @abstractmethod
+    def pose(self, q: Traceable, frame: str | None = None) -> Pose:
+        """Place of a frame, by default of the tool; see `Arm.pose`."""
 
     def damping_matrix(self, v: Traceable) -> Traceable:
         """D(v) of joint friction, symmetric positive semidefinite, shape (n, n).

@@ -23,6 +23,7 @@ from ftcfa.model.pinocchio_model import (
     kinematic_tree,
     with_body_inertias,
 )
+from ftcfa.model.pose import Pose
 from ftcfa.parts import Parameter, Parameters, cached, number_field, number_fields
 
 
@@ -51,10 +52,10 @@ class Arm(AbstractArm):
         effort_limit: The saturation u*, shape (n,) [N m or N].
         damping: Viscous friction of the model's joints, shape (N,) [N m s/rad or N s/m].
         friction: Coulomb friction of the model's joints, shape (N,) [N m or N].
-        armature: Inertia of each model's joint's rotor at the joint, J r^2 for a rotor of inertia J
-            behind a gear of ratio r, shape (N,) [kg m^2 or kg]. Its gyroscopic effect and its
-            coupling with the base are left out.
+        armature: Inertia J r^2 at each model's joint of a rotor J behind a gear of ratio r, shape
+            (N,) [kg m^2 or kg], without gyroscopic effect and coupling with the base.
         home: A posture to start from, shape (n,) [rad or m].
+        tool: Name of the link or joint whose errors in metres are shown; by default `tip`.
         warnings: Warnings about the URDF.
         source: Arguments that load the arm again, as plain data.
     """
@@ -87,8 +88,7 @@ class Arm(AbstractArm):
     def inertias(self) -> Array:
         """Inertial parameters of the model's N bodies in their joint frames, shape (N, 10).
 
-        Each row is m [kg], m c (3) [kg m], and Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the joint's
-        origin [kg m^2].
+        A row: m [kg], m c (3) [kg m]; Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the origin [kg m^2].
         """
         return body_inertias(self.model)
 
@@ -105,9 +105,8 @@ class Arm(AbstractArm):
             ParameterError: If no body can have these parameters.
         """
         self.check_inertias(inertias)
-        model = with_body_inertias(self.model, inertias)
         source = {**(self.source or {}), "inertias": np.asarray(inertias).tolist()}
-        return replace(self, model=model, source=source)
+        return replace(self, model=with_body_inertias(self.model, inertias), source=source)
 
     def with_joint_friction(
         self, damping: npt.ArrayLike | None = None, friction: npt.ArrayLike | None = None
@@ -122,7 +121,7 @@ class Arm(AbstractArm):
         for name, values in {"damping": damping, "friction": friction}.items():
             if values is not None:
                 changed[name] = vector(f"{name} of {self.name}", values, len(self.g0), field=name)
-                self.check_joint_friction(changed[name])
+                self.check_coefficients(changed[name])
         lists = {name: values.tolist() for name, values in changed.items()}
         return replace(self, **changed, source={**(self.source or {}), **lists})
 
@@ -133,7 +132,7 @@ class Arm(AbstractArm):
             ShapeError, ParameterError: If the shape is wrong, or an inertia is negative.
         """
         values = vector(f"armature of {self.name}", armature, len(self.g0), field="armature")
-        self.check_armature(values)
+        self.check_coefficients(values)
         by_name = dict(zip(list(self.model.names)[1:], values.tolist(), strict=True))
         return replace(self, armature=values, source={**(self.source or {}), "armature": by_name})
 
@@ -141,13 +140,11 @@ class Arm(AbstractArm):
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
         check_bodies(f"inertias of {self.name}", inertias, len(self.g0))
 
-    def check_joint_friction(self, values: Array) -> None:
-        """Raise ParameterError unless no coefficient of friction is negative."""
-        _refuse_negative(f"friction of {self.name}", values)
-
-    def check_armature(self, values: Array) -> None:
-        """Raise ParameterError unless no rotor's inertia is negative."""
-        _refuse_negative(f"armature of {self.name}", values)
+    def check_coefficients(self, values: Array) -> None:
+        """Raise ParameterError unless no friction or rotor's inertia is negative."""
+        if not np.all(values >= 0):
+            subject = f"friction or armature of {self.name}"
+            raise ParameterError(subject, f"{values.min():g}", "numbers >= 0")
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -229,6 +226,25 @@ class Arm(AbstractArm):
         at_base = np.vstack([A[:3], A[3:] + pin.skew(self._data.com[0]) @ A[:3]])
         return self.G.T @ at_base.T
 
+    def pose(self, q: Array, frame: str | None = None) -> Pose:
+        """Place of a link or joint of the URDF, by default of the tool, in world axes.
+
+        Raises:
+            UnknownNameError: If there is no such frame; the message lists the frames.
+        """
+        number = self._frame_number(frame or self.tool)
+        pin.forwardKinematics(self.model, self._data, self._model_q(q))
+        placement = pin.updateFramePlacement(self.model, self._data, number)
+        return Pose(placement.rotation.copy(), placement.translation.copy())
+
+    def position(self, q: Array, frame: str | None = None) -> Array:
+        """Origin of a frame, shape (3,) [m]; see `pose`."""
+        return self.pose(q, frame).position
+
+    def _frame_number(self, frame: str) -> int:
+        known_name(f"frame of {self.name}", frame, self._frames)
+        return int(self.model.getFrameId(frame, self._frames[frame].type))
+
     def frame_jacobian(self, frame: str, q: Array) -> Array:
         """Jacobian of a link or joint of the URDF, shape (6, n).
 
@@ -238,8 +254,7 @@ class Arm(AbstractArm):
         Raises:
             UnknownNameError: If there is no such frame; the message lists the frames.
         """
-        known_name(f"frame of {self.name}", frame, self._frames)
-        number = self.model.getFrameId(frame, self._frames[frame].type)
+        number = self._frame_number(frame)
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         J = pin.computeFrameJacobian(self.model, self._data, self._model_q(q), number, axes)
         return J.reshape(6, -1) @ self.G
@@ -249,8 +264,8 @@ class Arm(AbstractArm):
 
             c_cent(q; omega, omega) + c_cor(q; omega, v)
 
-        It is added to C v + h if the base turns with ``omega``, shape (3,) [rad/s], in the axes
-        of the base. The Coriolis part does no work, v^T c_cor = 0.
+        It is added to C v + h if the base turns with omega, shape (3,) [rad/s], in its own axes.
+        The Coriolis part does no work, v^T c_cor = 0.
         """
         return self.G.T @ self._turning_base.force(self._model_q(q), self._model_v(v), omega)
 
@@ -279,14 +294,8 @@ class Arm(AbstractArm):
     varies: ClassVar[Parameters] = {
         **number_fields("G", "g0", "home", "lower", "upper", "velocity_limit"),
         "effort_limit": number_field("effort_limit", check_effort_limit),
-        "damping": number_field("damping", check_joint_friction),
-        "friction": number_field("friction", check_joint_friction),
-        "armature": number_field("armature", check_armature),
+        "damping": number_field("damping", check_coefficients),
+        "friction": number_field("friction", check_coefficients),
+        "armature": number_field("armature", check_coefficients),
         "inertias": Parameter(with_inertias, check_inertias),
     }
-
-
-def _refuse_negative(subject: str, values: Array) -> None:
-    """Raise ParameterError if a value is below zero."""
-    if not np.all(values >= 0):
-        raise ParameterError(subject, f"{values.min():g}", "numbers >= 0")

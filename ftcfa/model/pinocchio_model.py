@@ -31,6 +31,14 @@ class KinematicTree:
     gravity: Array  # shape (3,) [m/s^2]
     frames: Mapping[str, BodyFrame]  # links and joints of the URDF, by name
 
+    def joints_above(self, frame: BodyFrame) -> list[int]:
+        """Joints between a frame and the base, those nearest to the frame first."""
+        joints, joint = [], frame.joint
+        while joint >= 0:
+            joints.append(joint)
+            joint = self.parents[joint]
+        return joints
+
 
 def body_inertias(model: pin.Model) -> Array:
     """Inertial parameters of a model's bodies, shape (N, 10), as `Arm.inertias` has them.

@@ -6,11 +6,10 @@ Featherstone, Rigid Body Dynamics Algorithms (2008), chapters 5 and 6.
 import casadi as ca
 import numpy as np
 
-from ftcfa.arrays import Array
 from ftcfa.model.arm import Arm
 from ftcfa.model.articulated import ArticulatedBody, Twist, Wrench
 from ftcfa.model.rigid_body import Body, JointFrame
-from ftcfa.model.turned_tree import TurnedTree
+from ftcfa.model.turned_tree import Placement, TurnedTree
 
 ZERO = ca.SX(3, 1)
 """No gravity, or a base that does not turn."""
@@ -32,10 +31,10 @@ class Chain:
         self.gravity = ca.SX(ca.DM(tree.gravity))
         self.prismatic = [tree.prismatic[i] for i in self.moving]
         self.parents = [index[self.turned.placements[i][0]] for i in self.moving]
-        self.frames: dict[str, tuple[int, Array]] = {}  # moving joint and origin there, by name
+        self.frames: dict[str, Placement] = {}  # in the frames of the moving joints, by name
         for name, frame in tree.frames.items():
-            carrier, _, r = self.turned.placed(frame)
-            self.frames[name] = (index[carrier], r)
+            carrier, R, r = self.turned.placed(frame)
+            self.frames[name] = (index[carrier], R, r)
         self.regrouping = self.turned.regrouping()
 
     def joint_frames(self, q: ca.SX) -> list[JointFrame]:
@@ -158,10 +157,20 @@ class Chain:
             coupling[i, :] = ca.vertcat(force, R @ moment + ca.cross(r, force)).T
         return coupling
 
+    def pose(self, q: ca.SX, frame: str) -> tuple[ca.SX, ca.SX]:
+        """Rotation (3, 3) and origin (3,) of a frame in the axes of the base."""
+        frames = self.joint_frames(q)
+        i, *place = self.frames[frame]
+        R, r = (ca.SX(ca.DM(part)) for part in place)
+        while i >= 0:
+            R, r = frames[i].columns_to_parent(R), frames[i].r + frames[i].vector_to_parent(r)
+            i = self.parents[i]
+        return R, r
+
     def jacobian(self, q: ca.SX, frame: str) -> ca.SX:
         """Jacobian (6, n) of a frame's origin and rotation, in the axes of the base."""
         frames, z = self.joint_frames(q), ca.SX(ca.DM([0, 0, 1]))
-        i, point = self.frames[frame]
+        i, _, point = self.frames[frame]
         x = ca.SX(ca.DM(point))
         columns: dict[int, tuple[ca.SX, ca.SX]] = {}  # in the axes of joint i
         while i >= 0:

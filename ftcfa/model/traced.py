@@ -13,6 +13,7 @@ import casadi as ca
 from ftcfa.arrays import Array, Traceable
 from ftcfa.model.abstract_arm import AbstractArm
 from ftcfa.model.arm import Arm
+from ftcfa.model.pose import Pose
 from ftcfa.model.recursions import Chain
 from ftcfa.model.rigid_body import Body, bodies_of
 from ftcfa.model.symbols import SymbolArray, array, column
@@ -146,6 +147,11 @@ class TracedArm(AbstractArm):
     def base_coupling(self, q: Traceable) -> Traceable:
         """M_qb(q), shape (n, 6)."""
         return array(self._inertia(column(q), self._parameters)[1], 2)
+
+    def pose(self, q: Traceable, frame: str | None = None) -> Pose:
+        """Place of a frame, by default of the tool; see `Arm.pose`."""
+        rotation, position = self.chain.pose(column(q), frame or self.tool)
+        return Pose(array(rotation, 2), array(position, 1))
 
     def frame_jacobian(self, frame: str, q: Traceable) -> Traceable:
         """Jacobian of a link or joint of the URDF, shape (6, n); see `Arm.frame_jacobian`."""

@@ -17,7 +17,8 @@ from ftcfa.model.inertia import (
     pseudo_inertia,
     symmetric,
 )
-from ftcfa.model.pinocchio_model import BodyFrame, KinematicTree
+from ftcfa.model.pinocchio_model import BodyFrame
+from ftcfa.model.tip import tip
 from ftcfa.parts import Part
 from ftcfa.portable import exp, normal_cdf, product
 from ftcfa.streams import ROBOT, Words, normals_of_paths
@@ -31,8 +32,6 @@ STRAIN_DEVIATIONS = [1.0, 1.0, 1.0, *3 * [np.sqrt(0.5)]]
 FRICTION_DEVIATES = {"damping": 10, "friction": 11}
 CHUNK = 512
 """Number of robots drawn at once, which fit into the processor's cache."""
-TIE_DIGITS = 9
-"""Decimals to which distances along the links are compared, so to a nanometre."""
 
 
 def check_payload(subject: str, payload: tuple[float, float], unit: str) -> None:
@@ -164,13 +163,13 @@ class Uncertainty(Part):
         """Frame that carries the payload."""
         tree = arm.tree()
         if self.payload_frame is None:
-            return tree.frames[_tip(arm, tree)]
+            return tree.frames[arm.tool]
         name, field = self.payload_frame, "payload_frame"
         known_name(f"{field} of {arm.name}", name, tree.frames, field=field)
         frame = tree.frames[name]
-        if not any(arm.G[j].any() for j in _joints_above(tree, frame)):
+        if not any(arm.G[j].any() for j in tree.joints_above(frame)):
             got = "a frame that no joint moves"
-            expected = f"one that carries its payload, such as '{_tip(arm, tree)}'"
+            expected = f"one that carries its payload, such as '{tip(arm)}'"
             raise ParameterError(f"{field} '{name}' of {arm.name}", got, expected, field=field)
         return frame
 
@@ -217,26 +216,3 @@ def _friction_of(arm: Arm) -> dict[str, Array]:
     moving = arm.G.any(axis=1)
     both = {"damping": arm.damping, "friction": arm.friction}
     return {name: values for name, values in both.items() if values[moving].any()}
-
-
-def _joints_above(tree: KinematicTree, frame: BodyFrame) -> list[int]:
-    """Numbers of the joints between a frame and the base."""
-    joints, joint = [], frame.joint
-    while joint >= 0:
-        joints.append(joint)
-        joint = tree.parents[joint]
-    return joints
-
-
-def _tip(arm: Arm, tree: KinematicTree) -> str:
-    """Name of the frame farthest down the chain; see `Uncertainty.payload_frame`."""
-    lengths = np.linalg.norm(tree.translations, axis=1)
-
-    def distance(name: str) -> tuple[int, float]:
-        frame = tree.frames[name]
-        joints = _joints_above(tree, frame)
-        moving = sum(bool(arm.G[j].any()) for j in joints)
-        length = np.linalg.norm(frame.translation) + sum(lengths[j] for j in joints)
-        return moving, round(float(length), TIE_DIGITS)
-
-    return max(reversed(tuple(tree.frames)), key=distance)

@@ -35,6 +35,8 @@ def verification_record(
         "all_paths": {"share": float(share), "low": float(low), "high": float(high)},
         "specification": {
             **vars(required),
+            "error": finite(required.error),
+            "errors": required.errors,
             "effort": _limit(required.effort),
             "torque_rate": _limit(required.torque_rate),
         },
@@ -103,7 +105,7 @@ def _limits(record: Mapping[str, Any]) -> str:
 
 def _requirement(required: Mapping[str, Any]) -> str:
     """A specification in words."""
-    words = [f"settles to {required['error']:g} within {required['within']:g} s"]
+    words = [f"settles to {required['errors']} within {required['within']:g} s"]
     for name, label in (("effort", "|u|"), ("torque_rate", "torque rate")):
         if required[name] is not None:
             words.append(f"{label} at most {np.array2string(np.asarray(required[name]))}")

@@ -19,6 +19,7 @@ from ftcfa.checks import (
     natural,
     positive,
     positive_numbers,
+    positive_or_infinite_numbers,
     probability,
     vector,
 )
@@ -27,6 +28,7 @@ from ftcfa.errors import ParameterError
 from ftcfa.loop.bounds import bounds_of
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.feasibility import warn_of_doubts
+from ftcfa.model.arm import Arm
 from ftcfa.parts import Part
 from ftcfa.statistics.estimate import Estimate
 from ftcfa.statistics.proportions import proportion
@@ -38,7 +40,12 @@ CHUNK = 256
 """Number of paths that are run between two looks."""
 WORST = 5
 """Number of the worst paths that are listed."""
-REASONS = {"late_peak_error": "error", "peak_torque": "torque", "peak_torque_rate": "torque rate"}
+REASONS = {
+    "late_peak_error": "error",
+    "late_peak_tool_error": "tool error",
+    "peak_torque": "torque",
+    "peak_torque_rate": "torque rate",
+}
 """Name of each limited metric in the reasons of `WorstPath`."""
 
 
@@ -54,8 +61,11 @@ class Specification(Part):
     """Limits that a run must keep, and the share of runs that must keep them.
 
     Attributes:
-        error: Largest overall tracking error |q - q_d| after ``within`` [rad or m].
-        within: Time by which the error must be within its limit [s].
+        error: Largest overall tracking error |q - q_d| after ``within`` [rad or m]; infinite for no
+            limit, if there is one of the tool.
+        within: Time by which errors must be within their limits [s].
+        tool_error: Largest distance of the tool from its desired place after ``within`` [m]; None
+            for no limit.
         effort: Largest |u|, one number or one for each joint [N m or N]; None for no limit.
         torque_rate: Largest change of u from sample to sample over the period, one number or one
             for each joint [N m/s or N/s]; None for no limit.
@@ -65,8 +75,9 @@ class Specification(Part):
         budget: Largest number of paths to run.
     """
 
-    error: Annotated[float, Check(positive, "rad or m")]
+    error: Annotated[float, Check(positive_or_infinite_numbers, "rad or m")]
     within: Annotated[float, Check(positive, "s")]
+    tool_error: Annotated[float | None, Check(positive, "m")] = None
     effort: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m or N")] = None
     torque_rate: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m/s or N/s")] = None
     share: Annotated[float, Check(probability)] = 0.95
@@ -79,11 +90,27 @@ class Specification(Part):
         if not self.within < duration:
             got, expected = f"{self.within:g} s", f"less than the duration of {duration:g} s"
             raise ParameterError("Specification within", got, expected, field="within")
+        if self.tool_error is not None and not isinstance(loop.arm, Arm):
+            subject, got = "Specification tool_error", f"a {type(loop.arm).__name__} without frames"
+            raise ParameterError(subject, got, "an arm from load_arm", field="tool_error")
+        if self.error == np.inf and self.tool_error is None:
+            raise ParameterError(
+                "Specification error", "inf", "a limit, or tool_error", field="error"
+            )
         self.limits_of(loop.arm.n)
+
+    @property
+    def errors(self) -> str:
+        """The largest errors in words."""
+        tool = "" if self.tool_error is None else f"{1e3 * self.tool_error:g} mm at the tool"
+        own = "" if self.error == np.inf else f"{self.error:g}"
+        return " and ".join(filter(None, (own, tool)))
 
     def limits_of(self, n: int) -> dict[str, Array]:
         """Limits of metrics by name, for n joints, each of shape (1,) or (n,)."""
         limits = {"late_peak_error": np.array([self.error])}
+        if self.tool_error is not None:
+            limits["late_peak_tool_error"] = np.array([self.tool_error])
         for metric, name in (("peak_torque", "effort"), ("peak_torque_rate", "torque_rate")):
             limit = getattr(self, name)
             if limit is not None:
@@ -134,7 +161,7 @@ class Verification:
         required, verdict = self.specification, self.verdict
         lines = [
             f"{self.answer}: {verdict.successes} of {verdict.trials} paths settle below "
-            f"{required.error:g} within {required.within:g} s and keep the limits; the share is "
+            f"{required.errors} within {required.within:g} s and keep the limits; the share is "
             f"between {verdict.low:.4g} and {verdict.high:.4g} (each bound with confidence "
             f"{required.confidence:g}), {required.share:g} is required"
         ]

@@ -37,6 +37,7 @@ SIGMAS = 5.0
 ROUNDING = 1e-12
 """Compiled code may fuse products and sums, differently in every program."""
 
+TOOL = {"tool_error", "tool_angle_error"}
 FTCF_SIGNALS = {"alpha", "abar", "z1", "z2", "v1", "v2", "s1", "s2", "rho", "theta"}
 ALWAYS = {"q", "q_d", "v", "u", "ote", "diverged_at"}
 
@@ -198,7 +199,7 @@ def test_recording_less_leaves_samples_out_and_changes_none(loop, engine, every)
 
 def test_signals_on_request(loop, engine):
     everything = simulate(loop, 0.01, signals="all", engine=engine)
-    assert set(everything.data_vars) == ALWAYS | FTCF_SIGNALS | {"u_command", "u_wanted"}
+    assert set(everything.data_vars) == ALWAYS | FTCF_SIGNALS | TOOL | {"u_command", "u_wanted"}
     some = simulate(loop, 0.01, signals=["rho", "theta", "q"], engine=engine)
     assert set(some.data_vars) == ALWAYS | {"rho", "theta"}
     assert set(simulate(loop, 0.01, signals="rho", engine=engine).data_vars) == ALWAYS | {"rho"}

@@ -1,5 +1,6 @@
 """``ftcfa verify``: decide whether a share of all runs keeps a specification."""
 
+import math
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -13,8 +14,9 @@ EXIT_STATUS = {"yes": 0, "no": 1, "undecided": 3}
 
 REQUIRED = "Overrides the file; required if the file has no specification."
 ERROR = f"Largest tracking error once settled, in rad or m. {REQUIRED}"
-WITHIN = f"Time by which a run must have settled, in s. {REQUIRED}"
 UNLIMITED = "Overrides the file. Without both: no limit."
+TOOL = f"Largest distance of the tool from its desired place once settled, in m. {UNLIMITED}"
+WITHIN = f"Time by which a run must have settled, in s. {REQUIRED}"
 EFFORT = f"Largest torque of every joint, in N m or N. {UNLIMITED}"
 RATE = f"Largest torque rate of every joint, in N m/s or N/s. {UNLIMITED}"
 DEFAULT = "between 0 and 1. Overrides the file. Without both: 0.95."
@@ -26,6 +28,7 @@ BUDGET = "Largest number of paths to run. Overrides the file. Without both: 1000
 def verify(
     experiment: ExperimentFile,
     error: Annotated[float | None, typer.Option(help=ERROR)] = None,
+    tool_error: Annotated[float | None, typer.Option(help=TOOL)] = None,
     within: Annotated[float | None, typer.Option(help=WITHIN)] = None,
     effort: Annotated[float | None, typer.Option(help=EFFORT)] = None,
     torque_rate: Annotated[float | None, typer.Option(help=RATE)] = None,
@@ -47,8 +50,8 @@ def verify(
 
     loaded = load_experiment(experiment, hardware=hardware)
     options = given(
-        error=error, within=within, effort=effort, torque_rate=torque_rate, share=share,
-        confidence=confidence, budget=budget,
+        error=error, tool_error=tool_error, within=within, effort=effort, torque_rate=torque_rate,
+        share=share, confidence=confidence, budget=budget,
     )  # fmt: skip
     chosen = replace(loaded, specification=_specification(loaded.specification, options))
     with progress_of_paths() as report:
@@ -65,7 +68,8 @@ def _specification(of_file: Any, options: dict[str, Any]) -> Any:
 
     if of_file is not None:
         return replace(of_file, **options)
-    if not options.keys() >= {"error", "within"}:
+    if "within" not in options or not options.keys() & {"error", "tool_error"}:
         expected = "a table [specification] in the file with error and within"
-        raise ParameterError("specification", "missing", expected, "or give --error and --within")
-    return Specification(**options)
+        remedy = "or give --within and --error or --tool-error"
+        raise ParameterError("specification", "missing", expected, remedy)
+    return Specification(**{"error": math.inf, **options})

@@ -85,6 +85,7 @@ class Blueprint:
             friction=joint_friction(description, joints, "friction"),
             armature=armature,
             home=np.array([home_position(description, entry, name) for name in names]),
+            tool="",
             source={
                 **self.source,
                 "lock": dict(self.locks),

@@ -18,6 +18,7 @@ from ftcfa.checks import Check, about, known_name, vector
 from ftcfa.errors import ParameterError, UrdfError
 from ftcfa.model.arm import Arm
 from ftcfa.model.mass_matrix_bounds import random_postures
+from ftcfa.model.tip import tip
 from ftcfa.model.urdf.blueprint import Blueprint
 from ftcfa.model.urdf.bodies import Repair, body_faults, physical
 from ftcfa.model.urdf.catalogue import catalogue, locate, package_folders
@@ -91,6 +92,7 @@ def load_arm(
     mounting: Mounting = "floor",
     repair: Repair | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    tool: str | None = None,
 ) -> Arm:
     """Load a fixed-base arm from its URDF.
 
@@ -116,6 +118,8 @@ def load_arm(
             what changed.
         xacro_args: Arguments of a xacro file by name (``{"prefix": "left_"}``). A xacro file needs
             the extra ``xacro``; it may include files of its own package and of ``package_dirs``.
+        tool: Link or joint whose errors are shown in metres, such as ``"tool0"``; by default the
+            one that most joints move, and of several the one farthest down the chain.
 
     Raises:
         UrdfError: If the URDF is unusable; the message names file, element and remedy.
@@ -124,7 +128,7 @@ def load_arm(
     """
     return arm_from_source(
         robot, lock=lock, package_dirs=package_dirs, gravity=gravity, effort_limit=effort_limit,
-        armature=armature, mounting=mounting, repair=repair, xacro_args=xacro_args
+        armature=armature, mounting=mounting, repair=repair, xacro_args=xacro_args, tool=tool,
     )  # fmt: skip
 
 
@@ -140,6 +144,7 @@ def arm_from_source(
     mounting: Annotated[Mounting, Check(_mounting)] = "floor",
     repair: Repair | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    tool: str | None = None,
     inertias: npt.ArrayLike | None = None,
     damping: npt.ArrayLike | None = None,
     friction: npt.ArrayLike | None = None,
@@ -175,12 +180,20 @@ def arm_from_source(
         turn = _mounting("mounting", mounting)
     rules = joint_rules(description, locks)
     plan = Blueprint(description, entry, source, locks, rules, field, turn, effort_limit, armature)
-    arm = _arm(plan, lock, repair)
+    arm = _with_tool(_arm(plan, lock, repair), tool)
     if inertias is not None:
         arm = arm.with_inertias(np.asarray(inertias, dtype=float))
     if damping is None and friction is None:
         return arm
     return arm.with_joint_friction(damping, friction)
+
+
+def _with_tool(arm: Arm, tool: str | None) -> Arm:
+    """An arm with a tool."""
+    if tool is None:
+        return replace(arm, tool=tip(arm))
+    known_name(f"tool of {arm.name}", tool, arm.frame_names, field="tool")
+    return replace(arm, tool=tool, source={**(arm.source or {}), "tool": tool})
 
 
 def _arm(plan: Blueprint, lock: Locks | None, repair: Repair | None) -> Arm:

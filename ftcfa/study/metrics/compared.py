@@ -80,6 +80,12 @@ COMPARED: dict[str, ComparedMetric] = {
     "late_peak_error": ComparedMetric(
         "rad", "largest |q - q_d| late in the run", _unchanged("late_peak_error"), "peak"
     ),
+    "late_rms_tool_error": ComparedMetric(
+        "m", METRICS["late_rms_tool_error"].meaning, _unchanged("late_rms_tool_error"), "tool rms"
+    ),
+    "late_peak_tool_error": ComparedMetric(
+        "m", METRICS["late_peak_tool_error"].meaning, _unchanged("late_peak_tool_error")
+    ),
     "late_mean_square_error": ComparedMetric(
         "rad^2", "mean of |q - q_d|^2 late in the run", _late_mean_square_error
     ),

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from ftcfa.study.metrics.metric import Metric
+from ftcfa.arrays import Traceable
+from ftcfa.study.metrics.metric import Metric, Sample
+
+
+def _squared_tool_error(sample: Sample) -> Traceable:
+    """Squared error of the tool, shape (1,) [m^2]; NaN for a robot without frames."""
+    return sample.signals.get("tool_error", np.nan * sample.squared_error) ** 2
+
 
 SETTLING_TIME = Metric(
     label="settling time",
@@ -44,6 +51,38 @@ LATE_PEAK_ERROR = Metric(
     meaning="largest overall tracking error of the late samples",
     step=lambda peak, sample: np.maximum(peak, np.where(sample.late, sample.squared_error, 0.0)),
     result=lambda peak, totals: np.where(totals.late > 0, np.sqrt(peak), np.nan),
+)
+LATE_RMS_TOOL_ERROR = Metric(
+    label="rms tool error, late",
+    unit="m",
+    meaning="rms of the tool's distance from its desired place over the late samples",
+    step=lambda total, sample: total + np.where(sample.late, _squared_tool_error(sample), 0.0),
+    result=lambda total, totals: np.sqrt(total / totals.late),
+)
+LATE_PEAK_TOOL_ERROR = Metric(
+    label="peak tool error, late",
+    unit="m",
+    meaning="largest distance of the tool from its desired place among the late samples",
+    step=lambda peak, sample: np.maximum(
+        peak, np.where(sample.late, _squared_tool_error(sample), 0.0)
+    ),
+    result=lambda peak, totals: np.where(totals.late > 0, np.sqrt(peak), np.nan),
+)
+LATE_RMS_JOINT_ERROR = Metric(
+    label="rms joint error, late",
+    unit="rad",
+    meaning="rms of the tracking error of the joint over the late samples",
+    step=lambda total, sample: total + np.where(sample.late, sample.error**2, 0.0),
+    result=lambda total, totals: np.sqrt(total / totals.late),
+    per_joint=True,
+)
+LATE_PEAK_JOINT_ERROR = Metric(
+    label="peak joint error, late",
+    unit="rad",
+    meaning="largest tracking error of the joint among the late samples",
+    step=lambda peak, sample: np.maximum(peak, np.where(sample.late, np.abs(sample.error), 0.0)),
+    result=lambda peak, totals: np.where(totals.late > 0, peak, np.nan),
+    per_joint=True,
 )
 OVERSHOOT = Metric(
     label="overshoot",

@@ -1,15 +1,23 @@
 """Metrics of the torque: its size, its changes, its limits and the energy it costs."""
 
+from typing import Any
+
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
 from ftcfa.study.metrics.metric import Metric, Sample, Totals
 
 
-def _beyond_limit(sample: Sample) -> Traceable:
-    """1.0 where the controller requests more than its limit of some joint, else 0.0."""
-    excess = np.max(np.abs(sample.signals["u_command"]) - np.abs(sample.signals["u_wanted"]))
+def _beyond_limit_of_joint(sample: Sample) -> Traceable:
+    """1.0 where the controller requests more than the limit of a joint, else 0.0, shape (n,)."""
+    excess = np.abs(sample.signals["u_command"]) - np.abs(sample.signals["u_wanted"])
     return np.where(excess > 0.0, 1.0, 0.0)
+
+
+def _beyond_limit(sample: Sample) -> Traceable:
+    """The same of any joint."""
+    any_joint: Any = np.max(_beyond_limit_of_joint(sample))
+    return any_joint
 
 
 def _power(sample: Sample) -> Traceable:
@@ -28,6 +36,14 @@ SATURATED = Metric(
     meaning="share of samples at which the controller requests more than the limit of some joint",
     step=lambda count, sample: count + _beyond_limit(sample),
     result=lambda count, totals: count / totals.samples,
+)
+JOINT_SATURATED = Metric(
+    label="saturated share of a joint",
+    unit="1",
+    meaning="share of samples at which the controller requests more than the limit of the joint",
+    step=lambda count, sample: count + _beyond_limit_of_joint(sample),
+    result=lambda count, totals: count / totals.samples,
+    per_joint=True,
 )
 RMS_TORQUE = Metric(
     label="rms torque",
