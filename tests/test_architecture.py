@@ -26,6 +26,7 @@ LAYERS = (
     {"study"},
     {"theory"},
     {"experiment"},
+    {"starter"},
     {"report"},
     {"__init__"},  # the public names
     {"cli"},

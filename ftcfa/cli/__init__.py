@@ -24,6 +24,7 @@ from ftcfa.cli.ending import ClosedPipe
 from ftcfa.cli.progress import interrupted, stop_at_once
 
 COMMANDS = (
+    "ftcfa.cli.commands.new:new",
     "ftcfa.cli.commands.inspect:inspect",
     "ftcfa.cli.commands.reproduce:reproduce",
     "ftcfa.cli.commands.vibration:vibration",

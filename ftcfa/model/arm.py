@@ -254,9 +254,8 @@ class Arm(AbstractArm):
         Raises:
             UnknownNameError: If there is no such frame; the message lists the frames.
         """
-        number = self._frame_number(frame)
-        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        J = pin.computeFrameJacobian(self.model, self._data, self._model_q(q), number, axes)
+        where = self._frame_number(frame), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        J = pin.computeFrameJacobian(self.model, self._data, self._model_q(q), *where)
         return J.reshape(6, -1) @ self.G
 
     def base_rotation_force(self, q: Array, v: Array, omega: Array) -> Array:

@@ -11,6 +11,8 @@ from rich.console import Console
 from ftcfa.arrays import Array
 from ftcfa.report.ensemble_figure import ensemble_figure
 from ftcfa.report.figures import figure_files
+from ftcfa.report.joints import joint_records, print_joints
+from ftcfa.report.netcdf import netcdf
 from ftcfa.report.records import finite, interval, versions
 from ftcfa.report.terminal import number, print_facts, print_line, print_table
 from ftcfa.statistics.proportions import proportion
@@ -21,10 +23,10 @@ from ftcfa.study.summary import settled_in_mean_square, settling
 
 LEVELS = {"median": 0.5, "95 %": 0.95}
 """Quantiles over paths of each metric, by name."""
+ONLY_OF_JOINTS = ("late_rms_joint_error", "late_peak_joint_error", "joint_saturated")
+"""Those that the table of metrics does not show."""
 NAMED = 10
 """Number of paths of an outcome that are listed."""
-INT32 = 2**31
-"""Integer attributes of a netCDF file must be smaller."""
 
 
 def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
@@ -57,6 +59,7 @@ def ensemble_record(dataset: xr.Dataset, requested: int) -> dict[str, Any]:
         "metrics": [
             row for name in METRICS if name != "settling_time" for row in _rows(dataset, name)
         ],
+        "joints": joint_records(dataset),
         "versions": {**versions("numpy", "scipy", "xarray"), "ftcfa": attributes["ftcfa_version"]},
         "kernels": int(attributes["kernels"]),
         "units": {
@@ -147,19 +150,6 @@ def _unit(unit: str, joint_type: str) -> str:
     return prismatic if joint_type == "prismatic" and prismatic else revolute
 
 
-def netcdf(dataset: xr.Dataset) -> bytes:
-    """Content of a netCDF-3 file, which every tool reads, with a Dataset.
-
-    Integers are stored with 32 bits; a seed that does not fit is written as text.
-    """
-    large = {
-        name: str(value)
-        for name, value in dataset.attrs.items()
-        if isinstance(value, int) and value >= INT32
-    }
-    return bytes(dataset.assign_attrs(large).to_netcdf(engine="scipy"))
-
-
 def ensemble_files(
     dataset: xr.Dataset, record: Mapping[str, Any], effort_limit: Array, title: str
 ) -> dict[str, bytes]:
@@ -173,12 +163,17 @@ def print_ensemble(record: Mapping[str, Any], console: Console) -> None:
     print_facts(_facts(record), console)
     console.print()
     _print_metrics(record["metrics"], console)
+    console.print()
+    print_joints(record["joints"], console)
     percent = f"{100 * record['confidence']:g} %"
     print_line(
         f"\nMedian and 95 % quantile over the paths, with distribution-free {percent} intervals. "
         "A path that diverged counts as the worst of all; for settled errors, a path that never "
         f"settled does too. Late errors are those from {record['after']:g} s on. Of a metric of "
-        "each joint, the row shows the joint with the largest median; summary.json has all.",
+        "each joint, the row shows the joint with the largest median; summary.json has all.\n\n"
+        "Of each joint: late errors, u over its limit, share of samples beyond that limit, torque "
+        "rate and share of samples limited by the driver (medians over the paths; peaks of the "
+        "worst path), and the number of paths that fail there.",
         console, "dim",
     )  # fmt: skip
 
@@ -266,7 +261,8 @@ def _print_metrics(metrics: list[dict[str, Any]], console: Console) -> None:
     Of several joints the one with the largest median is shown.
     """
     rows = []
-    for metric in dict.fromkeys(row["metric"] for row in metrics):
+    shown = [row for row in metrics if row["metric"] not in ONLY_OF_JOINTS]
+    for metric in dict.fromkeys(row["metric"] for row in shown):
         row = max((row for row in metrics if row["metric"] == metric), key=_median)
         below = f"{row.get('joint', '')} [{row['unit']}]".strip()
         cells = [f"{number(row[x]['estimate'])}\n{_interval(row[x])}" for x in LEVELS]

@@ -17,6 +17,7 @@ from ftcfa.engine.dataset import attributes, versions
 from ftcfa.engine.run import Engine
 from ftcfa.engine.simulate import simulate
 from ftcfa.errors import ExperimentError, ParameterError
+from ftcfa.hardware.hardware import Hardware
 from ftcfa.loop.closed_loop import ClosedLoop
 from ftcfa.loop.command import LOOP_QUANTITIES
 from ftcfa.statistics.kaplan_meier import SettlingDistribution, settling_distribution
@@ -81,6 +82,7 @@ def summarise(
     per_path["diverged_at"].attrs = DIVERGED_AT
     times = plan.times(loop)
     q_d = loop.desired(times).q
+    data |= _limits(loop)
     data["q_d"] = (("time", "joint"), q_d, attributes(loop, *LOOP_QUANTITIES["q_d"], True))
     dataset = xr.Dataset(
         data,
@@ -106,6 +108,20 @@ def summarise(
     )
     dataset = dataset.assign(per_path.data_vars)
     return dataset.assign_attrs(diagnosis=diagnosis(loop, dataset))
+
+
+def _limits(loop: ClosedLoop) -> dict[str, Any]:
+    """The limits of torque and torque rate that hold for each joint; infinite where none does."""
+    hardware = loop.hardware
+    rate = hardware.actuators.rate_limit if isinstance(hardware, Hardware) else np.inf
+    limits = {
+        "effort_limit": (loop.interface.limit(loop.arm.effort_limit), "N m", "largest torque"),
+        "torque_rate_limit": (rate, "N m/s", "largest rate at which the driver changes the torque"),
+    }
+    return {
+        name: ("joint", np.full(loop.arm.n, values), attributes(loop, unit, meaning, True))
+        for name, (values, unit, meaning) in limits.items()
+    }
 
 
 def replay(

@@ -81,7 +81,7 @@ COMPARED: dict[str, ComparedMetric] = {
         "rad", "largest |q - q_d| late in the run", _unchanged("late_peak_error"), "peak"
     ),
     "late_rms_tool_error": ComparedMetric(
-        "m", METRICS["late_rms_tool_error"].meaning, _unchanged("late_rms_tool_error"), "tool rms"
+        "m", METRICS["late_rms_tool_error"].meaning, _unchanged("late_rms_tool_error")
     ),
     "late_peak_tool_error": ComparedMetric(
         "m", METRICS["late_peak_tool_error"].meaning, _unchanged("late_peak_tool_error")
