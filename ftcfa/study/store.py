@@ -42,6 +42,20 @@ ZARR_FORMAT: Final = 2
 """Version of the format; version 3 has no stable type for texts, such as joint names."""
 
 
+def discard(path: Path) -> None:
+    """Remove a store with all its chunks; nothing if there is none.
+
+    Raises:
+        ParameterError: If the folder is no store.
+    """
+    if not path.exists():
+        return
+    attributes = path / ".zattrs"
+    if not (attributes.is_file() and "identity" in json.loads(attributes.read_bytes())):
+        raise ParameterError(str(path), "a folder that is no store", "a store to discard")
+    shutil.rmtree(path)
+
+
 class Store:
     """A folder of chunks that one process writes to; leaving its context releases the lock.
 
@@ -102,7 +116,7 @@ class Store:
     def other_experiment(self, reason: str) -> ParameterError:
         """The error to raise where the store holds another experiment."""
         got = f"a store of another experiment ({reason})"
-        remedy = "choose another folder, or run the same experiment"
+        remedy = "choose another folder, or discard it (ftcfa run --fresh)"
         return ParameterError(str(self.path), got, "the store of this experiment", remedy)
 
     def _locked(self) -> BinaryIO:

@@ -26,8 +26,10 @@ from ftcfa import (
     settling,
     verify,
 )
-from ftcfa.report.ensemble import ensemble_files, ensemble_record, netcdf, print_ensemble
+from ftcfa.report.ensemble import ensemble_files, ensemble_record
 from ftcfa.report.ensemble_figure import ensemble_figure
+from ftcfa.report.ensemble_text import print_ensemble
+from ftcfa.report.netcdf import netcdf
 from ftcfa.report.verification import print_verification, verification_record
 
 ARM = load_arm("double_pendulum")
@@ -284,3 +286,35 @@ def test_a_verification_as_a_record_and_in_words(verifications, answer):
         )
         assert replay in text.splitlines()
     assert ("Clopper and Pearson" in text) == (answer == "undecided")
+
+
+def test_one_path_has_no_intervals(capsys):
+    arm = ftcfa.load_arm("double_pendulum")
+    loop = ftcfa.ClosedLoop(arm, ftcfa.FTCF(arm, compensation="bias"), ftcfa.Sinusoid([0.3, 0.2]))
+    record = ensemble_record(ftcfa.ensemble(loop, 1, 1.0), 1)
+    print_ensemble(record, Console(width=80))
+    text = capsys.readouterr().out
+    assert "kept" in text
+    assert "settles" in text
+    for word in ("share of", "quantile", "interval", " to -", "95 %"):
+        assert word not in text
+    shown = next(line for line in text.splitlines() if line.startswith("rms tool error"))
+    metric = next(row for row in record["metrics"] if row["metric"] == "late_rms_tool_error")
+    assert f"{metric['median']['estimate']:.4g}" in shown
+
+
+def test_the_table_of_joints_is_that_of_the_dataset():
+    arm = ftcfa.load_arm("double_pendulum", effort_limit=[15.0, 4.0])
+    loop = ftcfa.ClosedLoop(
+        arm, ftcfa.FTCF(arm, compensation="bias"), ftcfa.Sinusoid([1.5, 1.0], 2.0),
+        hardware=ftcfa.Hardware(actuators=ftcfa.Actuators(rate_limit=[500.0, 200.0])),
+        uncertainty=ftcfa.Uncertainty(mass=0.1),
+    )  # fmt: skip
+    runs = ftcfa.ensemble(loop, 9, 1.0)
+    assert runs.torque_rate_limit.values.tolist() == [500.0, 200.0]
+    joints = ensemble_record(runs, 9)["joints"]
+    for k, it in enumerate(joints):
+        assert it["effort_limit"] == [15.0, 4.0][k]
+        assert it["peak_torque"] == runs.peak_torque.values[:, k].max()
+        assert it["late_rms_joint_error"] == np.median(runs.late_rms_joint_error.values[:, k])
+        assert it["rate_limited"] == np.median(runs.rate_limited.values[:, k])

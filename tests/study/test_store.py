@@ -21,7 +21,7 @@ from small_loops import DURATION, oscillators, pendulum, read_all, uncertain_pen
 from ftcfa import Sinusoid, ensemble, simulate
 from ftcfa.engine import compiled
 from ftcfa.errors import FtcfaError, ParameterError
-from ftcfa.study.store import Store
+from ftcfa.study.store import Store, discard
 from tests.engine.targets import TARGETS
 
 PATHS, CHUNK = 250, 100
@@ -394,3 +394,13 @@ def test_an_edited_urdf_is_another_experiment(tmp_path):
     simulate(loop(), 0.01)
     with pytest.raises(ParameterError, match=r"another experiment \(they differ in loop\.arm"):
         run(loop(), store=tmp_path / "store")
+
+
+def test_a_store_is_discarded_and_nothing_else(tmp_path):
+    discard(tmp_path / "nothing")
+    other = tmp_path / "letters"
+    other.mkdir()
+    (other / "one.txt").write_text("dear")
+    with pytest.raises(ParameterError, match="no store"):
+        discard(other)
+    assert (other / "one.txt").exists()

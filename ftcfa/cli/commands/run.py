@@ -23,6 +23,7 @@ from ftcfa.cli.progress import progress_of_paths
 STORE = "ensemble.zarr"
 """Name of the store of finished paths, below the folder of ``--out``."""
 OUT = "Folder for the Dataset, summary.json, figures and the store of finished paths."
+FRESH = "Discard the finished paths in the folder, also those of another experiment."
 SCHEDULER = (
     "Address of a Dask scheduler whose workers run the paths. Without it: this machine runs them."
 )
@@ -38,6 +39,7 @@ def run(
     scheduler: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help=SCHEDULER)
     ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help=FRESH)] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run an ensemble: statistics with confidence intervals, a netCDF file and figures.
@@ -49,14 +51,18 @@ def run(
     """
     from ftcfa.experiment import load_experiment
     from ftcfa.files import make_folder
-    from ftcfa.report.ensemble import ensemble_files, ensemble_record, print_ensemble
+    from ftcfa.report.ensemble import ensemble_files, ensemble_record
+    from ftcfa.report.ensemble_text import print_ensemble
     from ftcfa.report.records import summary_file
     from ftcfa.study.progress import Interrupted
+    from ftcfa.study.store import discard
 
     options = given(paths=paths, duration=duration)
     loaded = load_experiment(experiment, hardware=hardware)
     chosen = replace(loaded, specification=None, **options)
     make_folder(out)
+    if fresh:
+        discard(out / STORE)
     interruption = None
     with cluster(scheduler) as client, progress_of_paths() as report:
         try:
