@@ -153,6 +153,9 @@ def main() -> None:
                 if (robot, environment, hardware) not in done:
                     record.append(case(robot, environment, hardware, options.quick))
                     write_whole(file, json.dumps(record, indent=1).encode())
+    place = {robot: i for i, robot in enumerate(catalogue())}
+    record.sort(key=lambda it: (place[it["arm"]], list(STEPS).index(it["environment"])))
+    write_whole(file, json.dumps(record, indent=1).encode())
     write_whole(options.gains, gains_file(record).encode())
     show(record)
 

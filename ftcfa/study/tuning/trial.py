@@ -79,7 +79,9 @@ class Trial:
         """The best of candidates and the loop as given, all on the same paths.
 
         Those that paired intervals tell apart from the best leave, and the others run as many paths
-        again, until only the best is left or all FINAL_STAGES are run.
+        again, until only the best is left or all FINAL_STAGES are run. If the best is then not told
+        apart from the loop as given, and that breaks no more of the limits, the loop as given is
+        the answer.
 
         Args:
             points: The candidates, shape (candidates, d).
@@ -104,6 +106,8 @@ class Trial:
             stay[0] = True  # limits may be those of the loop as given
             known = {name: rows[stay] for name, rows in known.items()}
             alive = alive[stay]
+        if score.excess[0] <= score.excess[best] and not low[0] > 0:
+            best, low, high = 0, low - low[0], high - high[0]  # none is surely better
         rows = ({name: values[i] for name, values in known.items()} for i in (best, 0))
         broken = self.objective.broken(*rows) or (("the condition",) * bool(score.excess[best]))
         return Final(
