@@ -363,15 +363,14 @@ def margins() -> str:
     """Latency, resolution and delay at which the error doubles and the loop is lost."""
     found = record("margins")["arms"]
 
-    def number(one: dict[str, float | None], key: str, end: str) -> str:
-        value = one[key]
-        return end if value is None else f"{float(f'{1e3 * value:.2g}'):,g}"
+    def number(value: float | None, end: str) -> str:
+        return end if value is None else f"{float(f'{1e3 * value:.3g}'):,g}"
 
     def cell(row: dict[str, dict[str, Any]], key: str) -> str:
         if all(one["lost"] == 0 for one in row.values() if one is not row["resolution"]):
             return "lost"  # with ideal hardware
         ends = {"latency": "> 30", "resolution": "> 1,000", "delay": "> 30"}
-        return " / ".join(number(row[name], key, end) for name, end in ends.items())
+        return " / ".join(number(row[name][key], ends[name]) for name in row)
 
     tables = [
         table(

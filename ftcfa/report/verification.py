@@ -86,6 +86,9 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("share", f"{share['low']:.4g} or more, {share['high']:.4g} or less, each with confidence "
                   f"{required['confidence']:g}; required is {required['share']:g}"),
     ]  # fmt: skip
+    if record["answer"] != "undecided":
+        text = f"after {record['paths']:,} of at most {required['budget']:,} paths"
+        facts.append(("decided", text))
     if record["answer"] == "undecided" and record["paths"] == required["budget"]:
         exact = record["all_paths"]
         interval = (
