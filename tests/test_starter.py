@@ -15,6 +15,11 @@ from ftcfa.model.urdf.catalogue import catalogue
 from ftcfa.starter import Shaking, starter
 
 TRUCK = tuple(f"mil_std_810g_highway_truck_{a}" for a in ("longitudinal", "transverse", "vertical"))
+FEW = {"panda", "so101", "double_pendulum_relative"}
+"""Arms whose loops are compiled in every run of the tests."""
+ARMS = [
+    robot if robot in FEW else pytest.param(robot, marks=pytest.mark.slow) for robot in catalogue()
+]
 WEAK = {"double_pendulum_relative"}
 """Arms whose motors cannot hold them at home, of which the file warns when it runs."""
 
@@ -25,7 +30,7 @@ def loaded(text, folder: Path):
     return ftcfa.load_experiment(file)
 
 
-@pytest.mark.parametrize("robot", list(catalogue()))
+@pytest.mark.parametrize("robot", ARMS)
 def test_every_arm_gets_a_motion_within_its_limits(robot, tmp_path):
     experiment = loaded(starter(robot, Shaking(road="C")), tmp_path)
     if robot not in WEAK:

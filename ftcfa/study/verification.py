@@ -64,8 +64,6 @@ class Specification(Part):
         error: Largest overall tracking error |q - q_d| after ``within`` [rad or m]; infinite for no
             limit, if there is one of the tool.
         within: Time by which errors must be within their limits [s].
-        tool_error: Largest distance of the tool from its desired place after ``within`` [m]; None
-            for no limit.
         effort: Largest |u|, one number or one for each joint [N m or N]; None for no limit.
         torque_rate: Largest change of u from sample to sample over the period, one number or one
             for each joint [N m/s or N/s]; None for no limit.
@@ -73,17 +71,19 @@ class Specification(Part):
         confidence: 1 - beta: yes and no are each wrong with probability beta at most.
         limits: Whether a run must also stay within the URDF's limits of position and velocity.
         budget: Largest number of paths to run.
+        tool_error: Largest distance of the tool from its desired place after ``within`` [m]; None
+            for no limit.
     """
 
     error: Annotated[float, Check(positive_or_infinite_numbers, "rad or m")]
     within: Annotated[float, Check(positive, "s")]
-    tool_error: Annotated[float | None, Check(positive, "m")] = None
     effort: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m or N")] = None
     torque_rate: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m/s or N/s")] = None
     share: Annotated[float, Check(probability)] = 0.95
     confidence: Annotated[float, Check(check_confidence)] = 0.95
     limits: Annotated[bool, Check(flag)] = False
     budget: Annotated[int, Check(counting)] = 10_000
+    tool_error: Annotated[float | None, Check(positive, "m")] = None
 
     def check(self, loop: ClosedLoop, duration: float) -> None:
         """Raise ParameterError or ShapeError unless the specification suits runs of a loop."""

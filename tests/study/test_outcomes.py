@@ -27,7 +27,8 @@ from ftcfa import (
     verify,
 )
 from ftcfa.loop.bounds import bounds_of
-from ftcfa.report.ensemble import _facts, ensemble_record
+from ftcfa.report.ensemble import ensemble_record
+from ftcfa.report.ensemble_text import _facts
 from ftcfa.study.outcomes import BROKE, DIVERGED, KEPT, LOST, OUTCOMES
 
 ARM = load_arm("double_pendulum", gravity=9.8)
