@@ -1,10 +1,9 @@
 """Tables of README about tuned gains, from the records of fair_comparison and tune_arms."""
 
-import json
-from pathlib import Path
 from typing import Any
 
-FIGURES = Path(__file__).parent / "figures"
+from records import record, table
+
 LAWS = {
     "FTCF": "FTCF, bias compensated",
     "FTCF, no compensation": "FTCF as the paper has it, no compensation",
@@ -23,12 +22,6 @@ CELLS = (
 ARMS = ("panda", "ur5", "xarm7", "so101", "talos_left_arm", "double_pendulum")
 
 
-def markdown(heads: list[str], rows: list[list[str]]) -> str:
-    """A table in Markdown."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
-
-
 def mrad(x: float | None) -> str:
     """An error in milliradian, with three figures."""
     if x is None or x > 1.0:
@@ -38,14 +31,14 @@ def mrad(x: float | None) -> str:
 
 def fair() -> str:
     """Error of the worst 5 % of all laws, tuned alike."""
-    cells = json.loads((FIGURES / "fair-comparison.json").read_text())["cells"]
+    cells = record("fair-comparison")["cells"]
     found = {(it["law"], it["environment"], it["hardware"]): it for it in cells}
     heads = ["law", *(f"{environment}, {hardware}" for environment, hardware in CELLS)]
     rows = [
         [words, *(_error(found[law, environment, hardware]) for environment, hardware in CELLS)]
         for law, words in LAWS.items()
     ]
-    return markdown(heads, rows)
+    return table(heads, rows)
 
 
 def _error(it: dict[str, Any]) -> str:
@@ -56,7 +49,7 @@ def _error(it: dict[str, Any]) -> str:
 
 def tuned_arms() -> str:
     """The paper's gains, the suggested and the tuned ones."""
-    cases = json.loads((FIGURES / "tuned-arms.json").read_text())
+    cases = record("tuned-arms")
     found = {(it["arm"], it["environment"], it["hardware"]): it for it in cases}
     rows = [
         [
@@ -68,7 +61,7 @@ def tuned_arms() -> str:
         if arm in ARMS and environment != "ship"
     ]  # fmt: skip
     heads = ["arm", "base, hardware", "the paper's gains", "suggested", "tuned", "tuned in"]
-    return markdown(heads, sorted(rows, key=lambda row: ARMS.index(row[0])))
+    return table(heads, sorted(rows, key=lambda row: ARMS.index(row[0])))
 
 
 def _row(row: dict[str, Any] | None) -> str:

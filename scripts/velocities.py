@@ -7,8 +7,7 @@ joint, on the floor of a truck, with ideal motors; its inertias are known to som
 have 12, 16 or 20 bit and no latency; one has noise of one step (rms) besides. Every estimator has
 one parameter; the table has the smallest value among TRIED whose error is within 1 % of the least
 with each encoder, on paths that the table does not use: a larger one only makes the torque rougher.
-It takes some
-minutes, prints a table and writes velocities.json.
+It takes some minutes, prints a table and writes velocities.json.
 """
 
 import argparse

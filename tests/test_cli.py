@@ -566,7 +566,7 @@ def test_verify_of_options_alone(capsys, experiment) -> None:
     [
         (["--within", "3"], "within: 3 s, expected less than the duration of 0.7 s"),
         (["--share", "95"], "share: 95.0, expected a number between 0 and 1; give 0.95 for 95"),
-        (["--error", "-1"], "error: -1.0, expected numbers > 0"),
+        (["--error", "-1"], "error: -1.0, expected a number > 0"),
         (["--threads", "0"], "--threads: 0, expected an integer >= 1"),
     ],
 )

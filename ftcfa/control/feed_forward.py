@@ -11,6 +11,7 @@ from ftcfa.arrays import Array, Traceable
 from ftcfa.checks import Check, having, numbers, positive_or_infinite
 from ftcfa.control.low_pass import low_pass
 from ftcfa.control.protocol import (
+    A_LAW,
     BaseReading,
     Controller,
     Desired,
@@ -22,8 +23,6 @@ from ftcfa.control.protocol import (
 )
 from ftcfa.errors import ParameterError, ShapeError
 from ftcfa.parts import Parameters, Part, number_fields
-
-A_LAW = "a control law with init and step, such as FTCF(arm)"
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,9 @@ from ftcfa.parts import Part, fields_of
 Signals: TypeAlias = dict[str, Traceable]
 """Values that a law computes in one step, by name; ``u`` is the commanded torque."""
 
+A_LAW = "a control law with init and step, such as FTCF(arm)"
+"""How errors name what a controller is."""
+
 
 class Quantity(NamedTuple):
     """Unit and meaning of a signal, as the label of a result shows them."""

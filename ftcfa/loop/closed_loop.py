@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ftcfa.arrays import Array, Traceable, is_off
 from ftcfa.checks import Check, about, counting_to, having, known_name, number, positive, vector
-from ftcfa.control.protocol import Controller, Desired, Quantity, Signals, quantities
+from ftcfa.control.protocol import A_LAW, Controller, Desired, Quantity, Signals, quantities
 from ftcfa.hardware.hardware import HARDWARE_QUANTITIES, Hardware
 from ftcfa.hardware.ideal import IDEAL
 from ftcfa.hardware.profiles import as_hardware
@@ -32,7 +32,7 @@ from ftcfa.vibration.vibration import Vibration
 
 STILL = WhiteProcess(np.zeros((0, 0)), 1.0)
 """The process of a loop without vibration."""
-A_LAW = "a control law with init and step, such as FTCF(arm)"
+A_REFERENCE = "a reference, such as Sinusoid(offset=arm.home)"
 MOST_SUBSTEPS = 1_000_000
 """Largest number of integration steps a period."""
 
@@ -74,7 +74,7 @@ class ClosedLoop(Part):
 
     arm: Annotated[Dynamics, Check(having("mass_matrix", "an Arm, such as load_arm gives"))]
     controller: Annotated[Controller, Check(having("step", A_LAW))]
-    reference: Annotated[Reference, Check(having("at", "a reference, as Sinusoid()"))]
+    reference: Annotated[Reference, Check(having("at", A_REFERENCE))]
     vibration: Annotated[
         Vibration | None, Check(having("excitation", "a Vibration(input, excitation), or None"))
     ] = None

@@ -55,7 +55,7 @@ class Arm(AbstractArm):
         armature: Inertia J r^2 at each model's joint of a rotor J behind a gear of ratio r, shape
             (N,) [kg m^2 or kg], without gyroscopic effect and coupling with the base.
         home: A posture to start from, shape (n,) [rad or m].
-        tool: Name of the link or joint whose errors in metres are shown; by default `tip`.
+        tool: Name of the link or joint whose errors in metres are shown.
         warnings: Warnings about the URDF.
         source: Arguments that load the arm again, as plain data.
     """
@@ -121,7 +121,7 @@ class Arm(AbstractArm):
         for name, values in {"damping": damping, "friction": friction}.items():
             if values is not None:
                 changed[name] = vector(f"{name} of {self.name}", values, len(self.g0), field=name)
-                self.check_coefficients(changed[name])
+                self.refuse_negative("friction", changed[name])
         lists = {name: values.tolist() for name, values in changed.items()}
         return replace(self, **changed, source={**(self.source or {}), **lists})
 
@@ -132,7 +132,7 @@ class Arm(AbstractArm):
             ShapeError, ParameterError: If the shape is wrong, or an inertia is negative.
         """
         values = vector(f"armature of {self.name}", armature, len(self.g0), field="armature")
-        self.check_coefficients(values)
+        self.refuse_negative("armature", values)
         by_name = dict(zip(list(self.model.names)[1:], values.tolist(), strict=True))
         return replace(self, armature=values, source={**(self.source or {}), "armature": by_name})
 
@@ -140,11 +140,10 @@ class Arm(AbstractArm):
         """Raise unless inertial parameters, shape (..., N, 10), are those of possible bodies."""
         check_bodies(f"inertias of {self.name}", inertias, len(self.g0))
 
-    def check_coefficients(self, values: Array) -> None:
-        """Raise ParameterError unless no friction or rotor's inertia is negative."""
+    def refuse_negative(self, name: str, values: Array) -> None:
+        """Raise ParameterError if a value is below zero."""
         if not np.all(values >= 0):
-            subject = f"friction or armature of {self.name}"
-            raise ParameterError(subject, f"{values.min():g}", "numbers >= 0")
+            raise ParameterError(f"{name} of {self.name}", f"{values.min():g}", "numbers >= 0")
 
     def check_effort_limit(self, limits: Array) -> None:
         """Raise ParameterError unless all torque limits are positive."""
@@ -293,8 +292,8 @@ class Arm(AbstractArm):
     varies: ClassVar[Parameters] = {
         **number_fields("G", "g0", "home", "lower", "upper", "velocity_limit"),
         "effort_limit": number_field("effort_limit", check_effort_limit),
-        "damping": number_field("damping", check_coefficients),
-        "friction": number_field("friction", check_coefficients),
-        "armature": number_field("armature", check_coefficients),
+        "damping": number_field("damping", lambda arm, x: arm.refuse_negative("friction", x)),
+        "friction": number_field("friction", lambda arm, x: arm.refuse_negative("friction", x)),
+        "armature": number_field("armature", lambda arm, x: arm.refuse_negative("armature", x)),
         "inertias": Parameter(with_inertias, check_inertias),
     }

@@ -18,18 +18,14 @@ ONLY_OF_JOINTS = ("late_rms_joint_error", "late_peak_joint_error", "joint_satura
 
 def print_ensemble(record: Mapping[str, Any], console: Console) -> None:
     """Print the result of `ensemble_record`: facts, a table, and the meaning of its columns."""
-    if record["paths"] == 1:
-        print_facts(_facts_of_one(record), console)
-        console.print()
-        _print_values(record["metrics"], console)
-        console.print()
-        print_joints(record["joints"], console)
-        return
-    print_facts(_facts(record), console)
+    one = record["paths"] == 1
+    print_facts(_facts_of_one(record) if one else _facts(record), console)
     console.print()
-    _print_metrics(record["metrics"], console)
+    (_print_values if one else _print_metrics)(record["metrics"], console)
     console.print()
     print_joints(record["joints"], console)
+    if one:
+        return  # what follows explains intervals
     percent = f"{100 * record['confidence']:g} %"
     print_line(
         f"\nMedian and 95 % quantile over the paths, with distribution-free {percent} intervals. "
@@ -69,11 +65,10 @@ def _facts_of_one(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     within = f"to within {record['tolerance']:g} {record['units']['error']}"
     at = settled["quantiles"][0]["estimate"]
     time = f"at {at:.4g} s" if settled["settled"] else f"not by {record['duration']:g} s"
-    facts = [
+    return [
         ("path", _paths(record)), ("hardware", record["hardware"]), ("outcome", text),
-        ("settles", f"{time}, {within}"),
+        *_trouble_facts(record), ("settles", f"{time}, {within}"),
     ]  # fmt: skip
-    return facts + ([("diagnosis", record["diagnosis"])] if record["diagnosis"] else [])
 
 
 def _few(square: Mapping[str, Any]) -> str:
@@ -97,8 +92,6 @@ def _settling_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _definition_1(record: Mapping[str, Any]) -> str:
     """Whether E|z1|^2 stays below epsilon, and from when on."""
-    if record["paths"] == 1:
-        return "one path gives no interval"
     practical, unit = record["practical_settling"], record["mean_square_error"]["unit"]
     reached = practical["time"]
     answer = "is not below" if reached is None else "stays below"
@@ -129,7 +122,12 @@ def _outcome_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
             text += f": paths {', '.join(map(str, one['first_paths']))}{more}"
         if one["count"] or word in ("kept", "diverged"):
             facts.append((label, text))
-    without = record["without_torque"]
+    return facts + _trouble_facts(record)
+
+
+def _trouble_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Labels and texts of what went wrong, where anything did."""
+    facts, without = [], record["without_torque"]
     if without["paths"]:
         text = f"{without['samples']:,} samples of {without['paths']:,} paths: the law asked for "
         facts.append(("no torque", f"{text}a torque that is not finite, and started anew"))
@@ -141,10 +139,12 @@ def _outcome_facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
 def _print_values(metrics: list[dict[str, Any]], console: Console) -> None:
     """Print the metrics of one path; of several joints the largest."""
     rows = [
-        [METRICS[row["metric"]].label, number(row["median"]["estimate"]), row["unit"], joint]
+        [
+            METRICS[row["metric"]].label, number(row["median"]["estimate"]), row["unit"],
+            row.get("joint", ""),
+        ]
         for row in _largest(metrics)
-        for joint in [row.get("joint", "")]
-    ]
+    ]  # fmt: skip
     print_table(["", "value", "unit", "joint"], rows, console, "lrl")
 
 

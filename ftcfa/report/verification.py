@@ -89,7 +89,7 @@ def _facts(record: Mapping[str, Any]) -> list[tuple[str, str]]:
     if record["answer"] != "undecided":
         text = f"after {record['paths']:,} of at most {required['budget']:,} paths"
         facts.append(("decided", text))
-    if record["answer"] == "undecided" and record["paths"] == required["budget"]:
+    elif record["paths"] == required["budget"]:
         exact = record["all_paths"]
         interval = (
             f"{exact['low']:.4g} to {exact['high']:.4g} (Clopper and Pearson); valid for a budget "

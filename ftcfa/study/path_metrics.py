@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ftcfa.arrays import Array, Traceable
-from ftcfa.checks import Check, not_negative, positive_or_infinite_numbers
+from ftcfa.checks import Check, not_negative, positive_or_infinite
 from ftcfa.control.protocol import Signals
 from ftcfa.loop.bounds import NO_BOUNDS, Bounds
 from ftcfa.parts import Part
@@ -52,7 +52,7 @@ class PathMetrics(Part):
         bounds: Bounds of the joints, which decide what became of the path.
     """
 
-    tolerance: Annotated[float, Check(positive_or_infinite_numbers, "rad or m")]
+    tolerance: Annotated[float, Check(positive_or_infinite, "rad or m")]
     after: Annotated[float, Check(not_negative, "s")] = 0.0
     bounds: Bounds = NO_BOUNDS
 

@@ -47,13 +47,42 @@ def discard(path: Path) -> None:
 
     Raises:
         ParameterError: If the folder is no store.
+        FtcfaError: If another process writes to it.
     """
-    if not path.exists():
-        return
-    attributes = path / ".zattrs"
-    if not (attributes.is_file() and "identity" in json.loads(attributes.read_bytes())):
-        raise ParameterError(str(path), "a folder that is no store", "a store to discard")
-    shutil.rmtree(path)
+    if path.exists():
+        _identity(path)
+        with _locked(path):
+            shutil.rmtree(path)
+
+
+def _identity(path: Path) -> tuple[str, dict[str, Any]]:
+    """The identity of a store, as it is stored and as data.
+
+    Raises:
+        ParameterError: If the folder is no store.
+    """
+    try:
+        stored = str(zarr.open_group(path, mode="r").attrs.get("identity") or "{}")
+        data = json.loads(stored)
+        if not isinstance(data, dict):
+            raise ValueError("its identity is damaged")
+    except Exception as error:  # damaged attributes may raise anything
+        raise ParameterError(
+            str(path), "no store of an ensemble", "a new folder, or one that ensemble made"
+        ) from error
+    return stored, data
+
+
+def _locked(path: Path) -> BinaryIO:
+    """The lock of a store, held until the file is closed."""
+    file = (path / GROUP).open("r+b")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        file.close()
+        remedy = "wait until that process has ended, or choose another folder"
+        raise FtcfaError(str(path), "another process is writing to it", remedy=remedy) from error
+    return file
 
 
 class Store:
@@ -74,7 +103,8 @@ class Store:
         if not self.path.exists() or _is_empty(self.path):
             self._make(text)
         self._check(text)
-        self._lock = self._locked()
+        with self._writing():
+            self._lock = _locked(self.path)
         self._tidy()
 
     def __enter__(self) -> Self:
@@ -95,15 +125,8 @@ class Store:
 
     def _check(self, identity: str) -> None:
         """Raise ParameterError unless the folder is the store of an experiment."""
-        try:
-            stored = zarr.open_group(self.path, mode="r").attrs.get("identity")
-            theirs, ours = json.loads(str(stored or "{}")), json.loads(identity)
-            if not isinstance(theirs, dict):
-                raise ValueError("its identity is damaged")
-        except Exception as error:  # damaged attributes may raise anything
-            raise ParameterError(
-                str(self.path), "no store of an ensemble", "a new folder, or one that ensemble made"
-            ) from error
+        stored, theirs = _identity(self.path)
+        ours = json.loads(identity)
         if stored != identity:
             if differ := differences(_described(theirs), _described(ours)):
                 raise self.other_experiment(f"they differ in {differ}")
@@ -118,19 +141,6 @@ class Store:
         got = f"a store of another experiment ({reason})"
         remedy = "choose another folder, or discard it (ftcfa run --fresh)"
         return ParameterError(str(self.path), got, "the store of this experiment", remedy)
-
-    def _locked(self) -> BinaryIO:
-        """The lock of the store, held until the file is closed."""
-        with self._writing():
-            file = (self.path / GROUP).open("r+b")
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError as error:
-                file.close()
-                remedy = "wait until that process has ended, or choose another folder"
-                got = "another process is writing to it"
-                raise FtcfaError(str(self.path), got, remedy=remedy) from error
-        return file
 
     def _tidy(self) -> None:
         """Remove the unfinished folders of other processes: this one holds the lock."""

@@ -19,7 +19,7 @@ from ftcfa.checks import (
     natural,
     positive,
     positive_numbers,
-    positive_or_infinite_numbers,
+    positive_or_infinite,
     probability,
     vector,
 )
@@ -75,7 +75,7 @@ class Specification(Part):
             for no limit.
     """
 
-    error: Annotated[float, Check(positive_or_infinite_numbers, "rad or m")]
+    error: Annotated[float, Check(positive_or_infinite, "rad or m")]
     within: Annotated[float, Check(positive, "s")]
     effort: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m or N")] = None
     torque_rate: Annotated[npt.ArrayLike | None, Check(positive_numbers, "N m/s or N/s")] = None

@@ -155,7 +155,7 @@ def test_progress_counts_to_the_decision(loop):
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"error": 0.0}, "Specification error: 0.0, expected numbers > 0, or infinity [rad or m]"),
+        ({"error": 0.0}, "Specification error: 0.0, expected a number > 0 [rad or m]"),
         ({"within": -1}, "Specification within: -1, expected a number > 0 [s]"),
         ({"share": 1.0}, "Specification share: 1.0, expected a number between 0 and 1"),
         ({"confidence": 0.5}, "Specification confidence: 0.5, expected 2/3 or more"),

@@ -20,6 +20,11 @@ def _beyond_limit(sample: Sample) -> Traceable:
     return any_joint
 
 
+def _share(count: Array, totals: Totals) -> Array:
+    """Share of the samples."""
+    return count / totals.samples
+
+
 def _power(sample: Sample) -> Traceable:
     """Sum of |u v| over the joints, shape (1,) [W]."""
     return np.reshape(np.abs(sample.signals["u"]) @ np.abs(sample.signals["v"]), (1,))
@@ -35,14 +40,14 @@ SATURATED = Metric(
     unit="1",
     meaning="share of samples at which the controller requests more than the limit of some joint",
     step=lambda count, sample: count + _beyond_limit(sample),
-    result=lambda count, totals: count / totals.samples,
+    result=_share,
 )
 JOINT_SATURATED = Metric(
     label="saturated share of a joint",
     unit="1",
     meaning="share of samples at which the controller requests more than the limit of the joint",
     step=lambda count, sample: count + _beyond_limit_of_joint(sample),
-    result=lambda count, totals: count / totals.samples,
+    result=_share,
     per_joint=True,
 )
 RMS_TORQUE = Metric(
@@ -90,7 +95,7 @@ RATE_LIMITED = Metric(
     unit="1",
     meaning="share of samples at which the driver limits the rate of the torque",
     step=lambda count, sample: count + sample.signals.get("rate_limited", 0.0 * sample.error),
-    result=lambda count, totals: count / totals.samples,
+    result=_share,
     per_joint=True,
 )
 OSCILLATION = Metric(

@@ -96,7 +96,7 @@ class Trial:
             new = self.metrics(everyone[alive], range(end, first + (paths << stage)))
             known = _joined(known, new) if known else new
             end = first + (paths << stage)
-            score = Score(*map(np.concatenate, zip(*reversed(self._scores(known)), strict=True)))
+            score = self._score(known)
             score = score._replace(excess=score.excess + condition[alive])
             best = int(score.order[0])
             low, high = paired_bootstrap(self.objective.cost, known, best)
@@ -147,10 +147,14 @@ class Trial:
                 alive, first = alive[stay], last
         return Race(Score(excess, cost), stage, given)
 
+    def _score(self, together: Mapping[str, Array]) -> Score:
+        """Scores of the loop as given, which is the first row, and of the candidates."""
+        given = {name: rows[0] for name, rows in together.items()}
+        return self.objective.score(together, given)
+
     def _scores(self, together: Mapping[str, Array]) -> tuple[Score, Score]:
         """Scores of the candidates and of the loop as given, which is the first row."""
-        given = {name: rows[0] for name, rows in together.items()}
-        all_scores = self.objective.score(together, given)
+        all_scores = self._score(together)
         return Score(*(x[1:] for x in all_scores)), Score(*(x[:1] for x in all_scores))
 
 
