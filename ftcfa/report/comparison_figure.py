@@ -1,5 +1,6 @@
 """The figure of a comparison: the paths' quantiles, a row a loop and a panel a metric."""
 
+import textwrap
 from collections.abc import Sequence
 
 import matplotlib as mpl
@@ -25,6 +26,8 @@ CROWDED = 40
 """Ratio above which a logarithmic axis labels powers of ten only."""
 LOGARITHMIC = 20
 """Ratio of largest to smallest value above which an axis is logarithmic."""
+WIDEST = 105
+"""Characters of a line below the panels."""
 
 
 @mpl.rc_context(STYLE)
@@ -44,7 +47,8 @@ def comparison_figure(dataset: xr.Dataset, title: str) -> Figure:
         listed = ", ".join(f"{n}: {k}" for n, k in zip(names, counts, strict=True) if k)
         note += f"; {word}: {listed}" if listed else ""
     note += "" if failed.any() else "; all kept"
-    figure.supxlabel(f"median, quartiles and 5 to 95 % {note}", fontsize=8, x=0.01, ha="left")
+    words = textwrap.fill(f"median, quartiles and 5 to 95 % {note}", WIDEST)
+    figure.supxlabel(words, fontsize=8, x=0.01, ha="left")
     return figure
 
 
